@@ -1,0 +1,18 @@
+//! lightfall: photon mapping on Vulkan ray tracing hardware.
+//!
+//! The map of the house, in the order that light takes through it:
+//!
+//! | room | what it does |
+//! |---|---|
+//! | [`scene`] | a glTF file becomes plain triangles, materials, lights and cameras |
+//! | [`gpu`] | the Vulkan device; the only unsafe code |
+//! | [`shared`] | the structs that Rust and GLSL both read, declared once |
+#![deny(unsafe_code)]
+
+pub mod error;
+#[allow(unsafe_code)]
+pub mod gpu;
+pub mod scene;
+pub mod shared;
+
+pub use error::{Error, Result};
