@@ -13,6 +13,7 @@ pub mod error;
 #[allow(unsafe_code)]
 pub mod gpu;
 pub mod scene;
+pub mod shaders;
 pub mod shared;
 
 pub use error::{Error, Result};
