@@ -283,8 +283,6 @@ shared_structs! {
         cull: u32,
         /// Photons that the buffer holds.
         capacity: u32,
-        /// Photons kept by stochastic evaluation.
-        reservoir: u32,
     }
 
     /// Where a view path chose the diffuse lobe (48 bytes in Kern et al. 2023, table 1).
@@ -397,6 +395,7 @@ shared_structs! {
         values: Ptr<u32>,
         totals: Ptr<u32>,
         count: u32,
+        unused: u32,
     }
 
     struct PhotonKeysPush {
@@ -450,6 +449,7 @@ shared_structs! {
         indices: Ptr<u32>,
         maps: Ptr<PhotonMaps>,
         count: u32,
+        unused: u32,
     }
 
     /// One level of a photon tree.
@@ -459,6 +459,7 @@ shared_structs! {
         /// First node of this level and how many it has.
         first: u32,
         count: u32,
+        unused: u32,
     }
 
     struct GatherPush {
@@ -467,6 +468,8 @@ shared_structs! {
         maps: Ptr<PhotonMaps>,
         pixels: Ptr<FramePixel>,
         map: u32,
+        /// Photons kept by stochastic evaluation.
+        reservoir: u32,
     }
 
     struct FilmPush {
