@@ -5,6 +5,7 @@
 //! | room | what it does |
 //! |---|---|
 //! | [`scene`] | a glTF file becomes plain triangles, materials, lights and cameras |
+//! | [`settings`] | what a render can be asked for: options, ranges, defaults |
 //! | [`gpu`] | the Vulkan device; the only unsafe code |
 //! | [`shared`] | the structs that Rust and GLSL both read, declared once |
 #![deny(unsafe_code)]
@@ -13,6 +14,7 @@ pub mod error;
 #[allow(unsafe_code)]
 pub mod gpu;
 pub mod scene;
+pub mod settings;
 pub mod shared;
 
 pub use error::{Error, Result};

@@ -160,7 +160,10 @@ pub enum Light {
         outer_cone: f32,
     },
     /// Illuminance [lx] of a surface that faces the light.
-    Directional { direction_w: Vec3, illuminance: Vec3 },
+    Directional {
+        direction_w: Vec3,
+        illuminance: Vec3,
+    },
 }
 
 /// A perspective camera: looks down −Z of its own space, +Y up.
