@@ -8,11 +8,13 @@
 //! | [`settings`] | what a render can be asked for: options, ranges, defaults |
 //! | [`gpu`] | the Vulkan device; the only unsafe code |
 //! | [`shared`] | the structs that Rust and GLSL both read, declared once |
+//! | [`image`] | pictures: EXR and PNG in and out |
 #![deny(unsafe_code)]
 
 pub mod error;
 #[allow(unsafe_code)]
 pub mod gpu;
+pub mod image;
 pub mod scene;
 pub mod settings;
 pub mod shared;
