@@ -21,6 +21,7 @@ pub mod image;
 pub mod render;
 pub mod scene;
 pub mod settings;
+pub mod shaders;
 pub mod shared;
 
 pub use error::{Error, Result};

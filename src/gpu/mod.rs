@@ -1,1 +1,23 @@
-//! The Vulkan device. The only room with unsafe code.
+//! The Vulkan device: memory, compute passes, acceleration structures. The only room with unsafe code.
+//!
+//! Buffers travel to shaders as typed device addresses ([`Ptr`]) in push constants; the one
+//! descriptor set is the [`TextureArray`]. Work is recorded in [`Commands`] and waited for, so
+//! nothing is in flight when a resource is dropped. What an address in a push constant or buffer
+//! points at is beyond any check here: whoever passes it keeps its buffer alive and its count right.
+
+mod accel;
+mod buffer;
+mod commands;
+mod device;
+mod info;
+mod instance;
+mod pass;
+mod texture;
+
+pub use accel::{Blas, BoxBlas, Instance, Tlas, TriangleGeometry};
+pub use buffer::{Buffer, Ptr};
+pub use commands::{Commands, Timings};
+pub use device::{Gpu, OpenOptions, devices};
+pub use info::{Caps, DeviceInfo, DeviceKind};
+pub use pass::{GROUP_SIZE, MAX_PUSH_BYTES, Pass};
+pub use texture::{TextureArray, TextureData};

@@ -1,0 +1,393 @@
+//! Recording work, submitting it, and timing its parts.
+
+use std::any::Any;
+use std::ops::Range;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use super::buffer::{Buffer, RawBuffer};
+use super::device::{Gpu, Shared, lock};
+use super::pass::{GROUP_SIZE, MAX_PUSH_BYTES, Pass};
+use crate::{Error, Result};
+
+/// Milliseconds on the device of each labelled part, in recording order; 0 where the device has no
+/// timestamps, and for parts after the first [`MAX_TIMED`].
+pub type Timings = Vec<(&'static str, f64)>;
+
+/// Timed parts of one submission.
+const MAX_TIMED: u32 = 1024;
+/// Work groups along one dimension that every Vulkan device allows.
+const MAX_GROUPS: usize = 65535;
+
+/// Work for the device, run in the order recorded: each part sees all writes of those before it.
+pub struct Commands {
+    pub(super) shared: Arc<Shared>,
+    /// `None` only once it went back to the idle ones.
+    recorder: Option<Recorder>,
+    labels: Vec<&'static str>,
+    /// What the recorded work uses.
+    held: Vec<Arc<dyn Any + Send + Sync>>,
+    /// The first fault while recording; submit returns it.
+    fault: Option<Error>,
+}
+
+/// Vulkan's objects for one submission at a time.
+#[derive(Clone, Copy)]
+pub(super) struct Recorder {
+    pool: vk::CommandPool,
+    pub buffer: vk::CommandBuffer,
+    fence: vk::Fence,
+    queries: vk::QueryPool,
+}
+
+impl Gpu {
+    /// An empty recording.
+    pub fn commands(&self) -> Result<Commands> {
+        let shared = &self.shared;
+        let idle = lock(&shared.recorders).pop();
+        let recorder = match idle {
+            Some(recorder) => recorder,
+            None => Recorder::new(shared)?,
+        };
+        let commands = Commands {
+            shared: shared.clone(),
+            recorder: Some(recorder),
+            labels: Vec::new(),
+            held: Vec::new(),
+            fault: None,
+        };
+        let info = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the recorder is ours alone and idle.
+        unsafe {
+            shared
+                .device
+                .reset_command_pool(recorder.pool, vk::CommandPoolResetFlags::empty())
+                .map_err(shared.fault("vkResetCommandPool"))?;
+            shared
+                .device
+                .begin_command_buffer(recorder.buffer, &info)
+                .map_err(shared.fault("vkBeginCommandBuffer"))?;
+        }
+        Ok(commands)
+    }
+}
+
+impl Commands {
+    /// Runs `pass` on at least `threads` threads, in groups of [`GROUP_SIZE`].
+    ///
+    /// The groups lie in x and y, as one dimension holds too few: a shader's linear group index is
+    /// `gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x`, and threads at or above its count
+    /// must do nothing. `push` may have up to [`MAX_PUSH_BYTES`], a multiple of 4.
+    pub fn dispatch<P: Pod>(&mut self, pass: &Pass, push: &P, threads: usize) {
+        let groups = threads.div_ceil(GROUP_SIZE as usize);
+        let y = groups.div_ceil(MAX_GROUPS);
+        let push = bytemuck::bytes_of(push);
+        if push.len() > MAX_PUSH_BYTES as usize || !push.len().is_multiple_of(4) {
+            let bytes = push.len();
+            return self.fail(format!(
+                "pass {}: {bytes} bytes of push constants, not a multiple of 4 up to {MAX_PUSH_BYTES}",
+                pass.name
+            ));
+        }
+        if y > MAX_GROUPS {
+            return self.fail(format!(
+                "pass {}: {threads} threads are too many",
+                pass.name
+            ));
+        }
+        if groups == 0 {
+            return;
+        }
+        let x = groups.div_ceil(y);
+        let raw = &pass.raw;
+        self.hold(raw);
+        // SAFETY: recording; the pass is held until the work was waited for; sizes checked above.
+        self.timed(pass.name, |shared, buffer| unsafe {
+            let device = &shared.device;
+            let bind_point = vk::PipelineBindPoint::COMPUTE;
+            device.cmd_bind_pipeline(buffer, bind_point, raw.pipeline);
+            if let Some(textures) = &raw.textures {
+                let sets = [textures.set];
+                device.cmd_bind_descriptor_sets(buffer, bind_point, raw.layout, 0, &sets, &[]);
+            }
+            if !push.is_empty() {
+                let stage = vk::ShaderStageFlags::COMPUTE;
+                device.cmd_push_constants(buffer, raw.layout, stage, 0, push);
+            }
+            device.cmd_dispatch(buffer, x as u32, y as u32, 1);
+        });
+    }
+
+    /// Sets every 32-bit word of `buffer`.
+    pub fn fill<T: Pod>(&mut self, buffer: &Buffer<T>, value: u32) {
+        self.hold(&buffer.raw);
+        // SAFETY: recording; the buffer is held until the work was waited for.
+        self.untimed(|shared, commands| unsafe {
+            let raw = buffer.raw.raw;
+            shared
+                .device
+                .cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value);
+        });
+    }
+
+    /// Copies the values in `range` of `from` to `to` from its value `first` on.
+    pub fn copy<T: Pod>(
+        &mut self,
+        from: &Buffer<T>,
+        range: Range<usize>,
+        to: &Buffer<T>,
+        first: usize,
+    ) {
+        let target = first..first.saturating_add(range.len());
+        match (from.byte_range(&range), to.byte_range(&target)) {
+            (Err(fault), _) => self.fail(format!("copy from {fault}")),
+            (_, Err(fault)) => self.fail(format!("copy to {fault}")),
+            (Ok(source), Ok(target)) => {
+                let overlap = source.start < target.end && target.start < source.end;
+                if from.raw.raw == to.raw.raw && overlap {
+                    return self.fail(format!("copy within {} overlaps", from.name()));
+                }
+                self.copy_bytes(&from.raw, source.start, &to.raw, target.start, source.len());
+            }
+        }
+    }
+
+    /// As `copy`; the caller checked the ranges.
+    pub(super) fn copy_bytes(
+        &mut self,
+        from: &Arc<RawBuffer>,
+        first: usize,
+        to: &Arc<RawBuffer>,
+        target: usize,
+        bytes: usize,
+    ) {
+        if bytes == 0 {
+            return;
+        }
+        self.hold(from);
+        self.hold(to);
+        let region = vk::BufferCopy {
+            src_offset: first as u64,
+            dst_offset: target as u64,
+            size: bytes as u64,
+        };
+        // SAFETY: recording; ranges were checked, and both are held until the work was waited for.
+        self.untimed(|shared, buffer| unsafe {
+            shared
+                .device
+                .cmd_copy_buffer(buffer, from.raw, to.raw, &[region]);
+        });
+    }
+
+    /// Runs the work and waits for it.
+    ///
+    /// Fails with the first fault of the recording, or where the device runs out of memory or is lost.
+    pub fn submit(mut self) -> Result<Timings> {
+        if let Some(fault) = self.fault.take() {
+            return Err(fault);
+        }
+        let Some(recorder) = self.recorder else {
+            return Ok(Timings::new());
+        };
+        let shared = &self.shared;
+        let device = &shared.device;
+        let buffers = [recorder.buffer];
+        let submits = [vk::SubmitInfo::default().command_buffers(&buffers)];
+        let fences = [recorder.fence];
+        let to_host = [vk::MemoryBarrier::default()
+            .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
+            .dst_access_mask(vk::AccessFlags::HOST_READ)];
+        // SAFETY: the recorder is ours alone; the queue is locked; all that the work uses is held by
+        // `self` until after the wait.
+        unsafe {
+            device.cmd_pipeline_barrier(
+                recorder.buffer,
+                vk::PipelineStageFlags::ALL_COMMANDS,
+                vk::PipelineStageFlags::HOST,
+                vk::DependencyFlags::empty(),
+                &to_host,
+                &[],
+                &[],
+            );
+            device
+                .end_command_buffer(recorder.buffer)
+                .map_err(shared.fault("vkEndCommandBuffer"))?;
+            device
+                .reset_fences(&fences)
+                .map_err(shared.fault("vkResetFences"))?;
+            {
+                let queue = lock(&shared.queue);
+                device
+                    .queue_submit(*queue, &submits, recorder.fence)
+                    .map_err(shared.fault("vkQueueSubmit"))?;
+            }
+            device
+                .wait_for_fences(&fences, true, u64::MAX)
+                .map_err(shared.fault("vkWaitForFences"))?;
+        }
+        self.timings(recorder)
+    }
+
+    fn timings(&self, recorder: Recorder) -> Result<Timings> {
+        let caps = &self.shared.info.caps;
+        let timed = match caps.timestamp_bits {
+            0 => 0,
+            _ => self.labels.len().min(MAX_TIMED as usize),
+        };
+        let mut ticks = vec![[0u64; 2]; timed];
+        if timed > 0 {
+            let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+            // SAFETY: these queries were written by the work just waited for.
+            unsafe {
+                self.shared
+                    .device
+                    .get_query_pool_results(recorder.queries, 0, ticks.as_flattened_mut(), flags)
+                    .map_err(self.shared.fault("vkGetQueryPoolResults"))?;
+            }
+        }
+        let mask = u64::MAX >> (64 - caps.timestamp_bits.clamp(1, 64));
+        let period_ms = f64::from(caps.timestamp_period_ns) * 1e-6;
+        let spans = ticks
+            .iter()
+            .map(|[start, end]| (end.wrapping_sub(*start) & mask) as f64 * period_ms)
+            .chain(std::iter::repeat(0.0));
+        Ok(self.labels.iter().copied().zip(spans).collect())
+    }
+
+    /// Keeps `resource` until the work was waited for.
+    pub(super) fn hold<T: Any + Send + Sync>(&mut self, resource: &Arc<T>) {
+        self.held.push(resource.clone());
+    }
+
+    /// Remembers the first fault; submit returns it.
+    pub(super) fn fail(&mut self, fault: String) {
+        if self.fault.is_none() {
+            self.fault = Some(self.shared.error(fault));
+        }
+    }
+
+    /// Records a part between two timestamps.
+    pub(super) fn timed(
+        &mut self,
+        label: &'static str,
+        record: impl FnOnce(&Shared, vk::CommandBuffer),
+    ) {
+        let Some(Recorder {
+            queries, buffer, ..
+        }) = self.recorder
+        else {
+            return;
+        };
+        let part = self.labels.len() as u32;
+        self.labels.push(label);
+        let device = &self.shared.device;
+        let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
+        let stamped = self.shared.info.caps.timestamp_bits > 0 && part < MAX_TIMED;
+        if stamped {
+            // SAFETY: recording; the pool has 2 MAX_TIMED queries.
+            unsafe {
+                device.cmd_reset_query_pool(buffer, queries, 2 * part, 2);
+                device.cmd_write_timestamp(buffer, stage, queries, 2 * part);
+            }
+        }
+        self.untimed(record);
+        if stamped {
+            // SAFETY: as above.
+            let device = &self.shared.device;
+            unsafe { device.cmd_write_timestamp(buffer, stage, queries, 2 * part + 1) };
+        }
+    }
+
+    /// Records a part, and the barrier that shows its writes to the next.
+    pub(super) fn untimed(&mut self, record: impl FnOnce(&Shared, vk::CommandBuffer)) {
+        let Some(Recorder { buffer, .. }) = self.recorder else {
+            return;
+        };
+        record(&self.shared, buffer);
+        let mut stages = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
+        if self.shared.accel.is_some() {
+            stages |= vk::PipelineStageFlags::ACCELERATION_STRUCTURE_BUILD_KHR;
+        }
+        let barrier = [vk::MemoryBarrier::default()
+            .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
+            .dst_access_mask(vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE)];
+        let flags = vk::DependencyFlags::empty();
+        // SAFETY: recording.
+        unsafe {
+            let device = &self.shared.device;
+            device.cmd_pipeline_barrier(buffer, stages, stages, flags, &barrier, &[], &[]);
+        }
+    }
+}
+
+impl Drop for Commands {
+    fn drop(&mut self) {
+        if let Some(recorder) = self.recorder.take() {
+            lock(&self.shared.recorders).push(recorder);
+        }
+    }
+}
+
+impl Recorder {
+    fn new(shared: &Shared) -> Result<Self> {
+        let mut recorder = Self {
+            pool: vk::CommandPool::null(),
+            buffer: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+        };
+        recorder.create(shared).inspect_err(|_| {
+            // SAFETY: nothing was recorded.
+            unsafe { recorder.destroy(&shared.device) };
+        })?;
+        Ok(recorder)
+    }
+
+    fn create(&mut self, shared: &Shared) -> Result<()> {
+        let device = &shared.device;
+        let pool_info = vk::CommandPoolCreateInfo::default()
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+            .queue_family_index(shared.info.caps.queue_family);
+        let queries_info = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::TIMESTAMP)
+            .query_count(2 * MAX_TIMED);
+        // SAFETY: valid infos; the caller destroys what was made.
+        unsafe {
+            self.pool = device
+                .create_command_pool(&pool_info, None)
+                .map_err(shared.fault("vkCreateCommandPool"))?;
+            let buffer_info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(self.pool)
+                .command_buffer_count(1);
+            self.buffer = device
+                .allocate_command_buffers(&buffer_info)
+                .map_err(shared.fault("vkAllocateCommandBuffers"))?
+                .into_iter()
+                .next()
+                .unwrap_or_default();
+            self.fence = device
+                .create_fence(&vk::FenceCreateInfo::default(), None)
+                .map_err(shared.fault("vkCreateFence"))?;
+            if shared.info.caps.timestamp_bits > 0 {
+                self.queries = device
+                    .create_query_pool(&queries_info, None)
+                    .map_err(shared.fault("vkCreateQueryPool"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// # Safety
+    /// The device finished or never saw the recorder's work.
+    pub unsafe fn destroy(self, device: &ash::Device) {
+        // SAFETY: the caller's; null handles are ignored.
+        unsafe {
+            device.destroy_query_pool(self.queries, None);
+            device.destroy_fence(self.fence, None);
+            device.destroy_command_pool(self.pool, None);
+        }
+    }
+}

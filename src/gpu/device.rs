@@ -1,0 +1,276 @@
+//! Choosing and opening a device.
+
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ash::{khr, vk};
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+
+use super::commands::Recorder;
+use super::info::{DeviceInfo, describe};
+use super::instance::{INSTALL, Instance};
+use crate::{Error, Result};
+
+/// How to open a device.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct OpenOptions<'a> {
+    /// Index or case-insensitive part of the name; `None`: the best one.
+    pub device: Option<&'a str>,
+    /// Load the Khronos validation layer where it is installed.
+    pub validate: bool,
+}
+
+/// An open device. Clones share it; all that is made from it keeps it alive.
+#[derive(Clone)]
+pub struct Gpu {
+    pub(super) shared: Arc<Shared>,
+}
+
+/// What every resource holds on to.
+pub(super) struct Shared {
+    pub info: DeviceInfo,
+    pub device: ash::Device,
+    /// Present where `info.caps.ray_query`.
+    pub accel: Option<khr::acceleration_structure::Device>,
+    pub queue: Mutex<vk::Queue>,
+    /// Idle recorders, for reuse.
+    pub recorders: Mutex<Vec<Recorder>>,
+    /// Dropped before the device.
+    allocator: ManuallyDrop<Mutex<Allocator>>,
+    /// Dropped last: fields drop after `Shared::drop`.
+    instance: Instance,
+}
+
+/// All Vulkan devices, usable or not, in the driver's order.
+///
+/// Fails with [`Error::NoDevice`] where Vulkan is not installed or sees no device.
+pub fn devices() -> Result<Vec<DeviceInfo>> {
+    let listed = list(&Instance::new(false)?)?;
+    Ok(listed.into_iter().map(|(_, info)| info).collect())
+}
+
+impl Gpu {
+    /// Opens the asked-for or best usable device.
+    ///
+    /// Fails with [`Error::NoDevice`] where none is usable, [`Error::Option`] where `--device` names
+    /// none, [`Error::Device`] where the named one lacks something or fails.
+    pub fn open(options: &OpenOptions) -> Result<Self> {
+        let instance = Instance::new(options.validate)?;
+        let listed = list(&instance)?;
+        let infos: Vec<_> = listed.iter().map(|(_, info)| info.clone()).collect();
+        let index = choose(&infos, options.device)?;
+        match listed.into_iter().nth(index) {
+            Some((physical, info)) => Self::create(instance, physical, info),
+            None => Err(Error::NoDevice(INSTALL.to_owned())),
+        }
+    }
+
+    pub fn info(&self) -> &DeviceInfo {
+        &self.shared.info
+    }
+
+    /// Warnings and errors of the validation layer so far; empty without the layer.
+    pub fn validation_messages(&self) -> Vec<String> {
+        lock(&self.shared.instance.messages).clone()
+    }
+
+    fn create(instance: Instance, physical: vk::PhysicalDevice, info: DeviceInfo) -> Result<Self> {
+        let caps = &info.caps;
+        let mut f12 = vk::PhysicalDeviceVulkan12Features::default()
+            .buffer_device_address(true)
+            .scalar_block_layout(true);
+        if caps.descriptor_indexing {
+            f12 = f12
+                .descriptor_indexing(true)
+                .runtime_descriptor_array(true)
+                .shader_sampled_image_array_non_uniform_indexing(true)
+                .descriptor_binding_sampled_image_update_after_bind(true);
+        }
+        let mut accel = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default()
+            .acceleration_structure(true);
+        let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+        let ray_extensions = [
+            khr::acceleration_structure::NAME.as_ptr(),
+            khr::ray_query::NAME.as_ptr(),
+            khr::deferred_host_operations::NAME.as_ptr(),
+        ];
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(caps.queue_family)
+            .queue_priorities(&[1.0])];
+        let mut create = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .push_next(&mut f12);
+        if caps.ray_query {
+            create = create
+                .enabled_extension_names(&ray_extensions)
+                .push_next(&mut accel)
+                .push_next(&mut query);
+        }
+        // SAFETY: features and extensions were reported by the device; pointers outlive the call.
+        let device = unsafe { instance.raw.create_device(physical, &create, None) }
+            .map_err(|e| fault(&info.name, "vkCreateDevice", e))?;
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: device.clone(),
+            physical_device: physical,
+            debug_settings: Default::default(),
+            buffer_device_address: true,
+            allocation_sizes: Default::default(),
+        });
+        let allocator = match allocator {
+            Ok(allocator) => ManuallyDrop::new(Mutex::new(allocator)),
+            Err(e) => {
+                // SAFETY: nothing was made from the device.
+                unsafe { device.destroy_device(None) };
+                return Err(Error::Device {
+                    device: info.name,
+                    fault: format!("memory allocator: {e}"),
+                });
+            }
+        };
+        let accel = caps
+            .ray_query
+            .then(|| khr::acceleration_structure::Device::new(&instance.raw, &device));
+        // SAFETY: the one queue asked for above.
+        let queue = unsafe { device.get_device_queue(caps.queue_family, 0) };
+        Ok(Self {
+            shared: Arc::new(Shared {
+                info,
+                device,
+                accel,
+                queue: Mutex::new(queue),
+                recorders: Mutex::default(),
+                allocator,
+                instance,
+            }),
+        })
+    }
+}
+
+impl Shared {
+    /// Turns the failure of `operation` into an error that names both and says what to do.
+    pub fn fault<'a>(&'a self, operation: &'a str) -> impl FnOnce(vk::Result) -> Error + 'a {
+        move |result| fault(&self.info.name, operation, result)
+    }
+
+    /// A fault in words.
+    pub fn error(&self, fault: impl Into<String>) -> Error {
+        Error::Device {
+            device: self.info.name.clone(),
+            fault: fault.into(),
+        }
+    }
+
+    pub fn allocator(&self) -> MutexGuard<'_, Allocator> {
+        lock(&self.allocator)
+    }
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        // SAFETY: every resource held an Arc of this, so all are gone; submits are waited for, and
+        // the wait covers one that failed halfway. The allocator is not used again.
+        unsafe {
+            let _ = self.device.device_wait_idle();
+            for recorder in lock(&self.recorders).drain(..) {
+                recorder.destroy(&self.device);
+            }
+            ManuallyDrop::drop(&mut self.allocator);
+            self.device.destroy_device(None);
+        }
+    }
+}
+
+/// A poisoned lock is used on: what it guards stays valid between statements.
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn fault(device: &str, operation: &str, result: vk::Result) -> Error {
+    let advice = match result {
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => {
+            "out of device memory; use fewer --photons, a smaller --size or another --device"
+        }
+        vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+            "out of host memory; use fewer --photons or a smaller --size"
+        }
+        vk::Result::ERROR_DEVICE_LOST => {
+            "the device was lost (the driver reset it: a pass took too long, or a fault); use fewer \
+             --photons or a smaller --size, update the driver, or use another --device"
+        }
+        vk::Result::ERROR_TOO_MANY_OBJECTS => "too many objects; the driver is used up",
+        _ => "",
+    };
+    let fault = if advice.is_empty() {
+        format!("{operation}: {result}")
+    } else {
+        format!("{operation}: {advice}")
+    };
+    Error::Device {
+        device: device.to_owned(),
+        fault,
+    }
+}
+
+fn list(instance: &Instance) -> Result<Vec<(vk::PhysicalDevice, DeviceInfo)>> {
+    // SAFETY: no preconditions.
+    let physical = unsafe { instance.raw.enumerate_physical_devices() }
+        .map_err(|e| Error::NoDevice(format!("vkEnumeratePhysicalDevices: {e}; {INSTALL}")))?;
+    if physical.is_empty() {
+        return Err(Error::NoDevice(format!("no Vulkan device: {INSTALL}")));
+    }
+    let described = |(index, physical)| (physical, describe(instance, physical, index));
+    Ok(physical.into_iter().enumerate().map(described).collect())
+}
+
+/// The index in `infos` of the wanted device, or of the best usable one.
+fn choose(infos: &[DeviceInfo], wanted: Option<&str>) -> Result<usize> {
+    let Some(wanted) = wanted else {
+        let usable = infos.iter().filter(|info| info.usable());
+        return match usable.min_by_key(|info| info.kind) {
+            Some(best) => Ok(best.index),
+            None => Err(Error::NoDevice(format!(
+                "no usable Vulkan device ({}): {INSTALL}, or a newer one",
+                infos
+                    .iter()
+                    .map(shortcomings)
+                    .collect::<Vec<_>>()
+                    .join("; ")
+            ))),
+        };
+    };
+    let by_index = wanted.parse().ok().filter(|index| *index < infos.len());
+    let lower = wanted.to_lowercase();
+    let by_name = || {
+        infos
+            .iter()
+            .position(|info| info.name.to_lowercase().contains(&lower))
+    };
+    let index = by_index.or_else(by_name).ok_or_else(|| Error::Option {
+        option: "--device",
+        fault: format!("no device is called {wanted:?}; there are {}", names(infos)),
+    })?;
+    match infos.get(index) {
+        Some(info) if info.usable() => Ok(index),
+        Some(info) => Err(Error::Device {
+            device: info.name.clone(),
+            fault: format!(
+                "lacks {}; update its driver or use another --device",
+                info.caps.missing.join(", ")
+            ),
+        }),
+        None => Err(Error::NoDevice(INSTALL.to_owned())),
+    }
+}
+
+fn shortcomings(info: &DeviceInfo) -> String {
+    format!("{} lacks {}", info.name, info.caps.missing.join(", "))
+}
+
+fn names(infos: &[DeviceInfo]) -> String {
+    let names: Vec<_> = infos
+        .iter()
+        .map(|info| format!("{} ({})", info.index, info.name))
+        .collect();
+    names.join(", ")
+}
