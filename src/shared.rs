@@ -1,1 +1,480 @@
-//! Structs shared with GLSL.
+//! The structs that Rust and GLSL both read, declared once.
+//!
+//! [`shared_structs!`] makes the `Pod` struct and [`glsl_header`] prints its GLSL twin in scalar
+//! layout, so the two cannot differ: `Pod` refuses hidden padding at compile time, and scalar
+//! layout adds none. A [`Ptr<T>`] is a buffer reference named `TRef` with one member, `at[]`.
+
+use crate::gpu::{GROUP_SIZE, Ptr};
+use bytemuck::{Pod, Zeroable};
+
+/// A type with a GLSL spelling.
+pub trait Glsl: 'static {
+    /// Its name in GLSL.
+    fn name() -> String;
+    /// Appends the declarations that the name needs, each once.
+    fn declare(_header: &mut Header) {}
+}
+
+/// GLSL text under construction.
+#[derive(Default)]
+pub struct Header {
+    declared: Vec<String>,
+    text: String,
+}
+
+impl Header {
+    fn add(&mut self, name: String, declaration: &str) {
+        if !self.declared.contains(&name) {
+            self.declared.push(name);
+            self.text += declaration;
+        }
+    }
+}
+
+macro_rules! glsl_primitives {
+    ($($rust:ty => $glsl:literal),* $(,)?) => {$(
+        impl Glsl for $rust {
+            fn name() -> String {
+                $glsl.into()
+            }
+        }
+    )*};
+}
+
+glsl_primitives! {
+    f32 => "float", u32 => "uint", i32 => "int",
+    [f32; 2] => "vec2", [f32; 3] => "vec3", [f32; 4] => "vec4",
+    [u32; 2] => "uvec2", [u32; 3] => "uvec3", [u32; 4] => "uvec4",
+}
+
+impl<T: Glsl> Glsl for Ptr<T> {
+    fn name() -> String {
+        T::name() + "Ref"
+    }
+    fn declare(header: &mut Header) {
+        T::declare(header);
+        let (name, element) = (Self::name(), T::name());
+        header.add(
+            name.clone(),
+            &format!(
+                "layout(buffer_reference, scalar, buffer_reference_align = 4) buffer {name} {{ {element} at[]; }};\n"
+            ),
+        );
+    }
+}
+
+macro_rules! shared_structs {
+    ($($(#[$meta:meta])* struct $name:ident { $($(#[$field_meta:meta])* $field:ident: $ty:ty,)* })*) => {
+        $(
+            $(#[$meta])*
+            #[repr(C)]
+            #[derive(Clone, Copy, Debug, Pod, Zeroable)]
+            pub struct $name { $($(#[$field_meta])* pub $field: $ty,)* }
+
+            impl Default for $name {
+                fn default() -> Self {
+                    Zeroable::zeroed()
+                }
+            }
+
+            impl Glsl for $name {
+                fn name() -> String {
+                    stringify!($name).into()
+                }
+                fn declare(header: &mut Header) {
+                    $(<$ty>::declare(header);)*
+                    let fields = [$(format!("    {} {};\n", <$ty>::name(), stringify!($field))),*].concat();
+                    header.add(Self::name(), &format!("struct {} {{\n{fields}}};\n", Self::name()));
+                }
+            }
+        )*
+
+        fn declare_structs(header: &mut Header) {
+            $(<$name>::declare(header);)*
+        }
+    };
+}
+
+macro_rules! shared_constants {
+    ($($(#[$meta:meta])* $name:ident = $value:expr;)*) => {
+        $($(#[$meta])* pub const $name: u32 = $value;)*
+        const CONSTANTS: &[(&str, u32)] = &[$((stringify!($name), $name)),*];
+    };
+}
+
+/// The text of the virtual file `shared.glsl` that every pass includes.
+pub fn glsl_header() -> String {
+    let mut header = Header::default();
+    for (name, value) in CONSTANTS {
+        header.text += &format!("const uint {name} = {value}u;\n");
+    }
+    header.text += &format!("const uint GROUP_SIZE = {GROUP_SIZE}u;\n");
+    <Ptr<f32>>::declare(&mut header);
+    declare_structs(&mut header);
+    header.text
+}
+
+shared_constants! {
+    /// "There is none": no texture, no hit, no child.
+    NONE = u32::MAX;
+    /// [`Light::kind`].
+    LIGHT_TRIANGLE = 0;
+    LIGHT_POINT = 1;
+    LIGHT_SPOT = 2;
+    LIGHT_DIRECTIONAL = 3;
+    /// [`TriangleShading::material`]: the low bits index the material.
+    TRIANGLE_MATERIAL_MASK = 0x3fff_ffff;
+    /// The triangle is not there where its texture's alpha is below the cut-off.
+    TRIANGLE_ALPHA = 0x4000_0000;
+    /// The triangle is not there seen from behind (glTF: doubleSided false).
+    TRIANGLE_ONE_SIDED = 0x8000_0000;
+    /// [`Material::flags`].
+    MATERIAL_SOLID = 1;
+    /// What the scene contains and the user asked for: bits of specialization constant 0.
+    FEATURE_SPECULAR = 1;
+    FEATURE_TRANSMISSION = 2;
+    FEATURE_ABSORPTION = 4;
+    FEATURE_ALPHA = 8;
+    FEATURE_ONE_SIDED = 16;
+    FEATURE_DELTA_LIGHTS = 32;
+    FEATURE_LEDGER = 64;
+    FEATURE_STOCHASTIC = 128;
+    /// Rows of [`World::texture_slots`] for each material, in this order.
+    SLOT_BASE_COLOR = 0;
+    SLOT_METALLIC_ROUGHNESS = 1;
+    SLOT_NORMAL = 2;
+    SLOT_EMISSION = 3;
+    SLOT_SPECULAR = 4;
+    SLOT_SPECULAR_COLOR = 5;
+    SLOT_TRANSMISSION = 6;
+    SLOTS_PER_MATERIAL = 7;
+    /// The two photon maps; also bit of the instance mask and the top bit of the sort key.
+    MAP_CAUSTIC = 0;
+    MAP_GLOBAL = 1;
+    /// Photons in a leaf of the software photon tree.
+    PHOTON_LEAF = 8;
+    /// An inner node of the software photon tree has 2 to this power children.
+    PHOTON_FANOUT_LOG2 = 2;
+    /// Radix sort: bits of a digit, and keys that one thread counts and scatters in order.
+    SORT_DIGIT_BITS = 8;
+    SORT_CHUNK = 256;
+    /// Prefix sum: entries that one thread sums.
+    SCAN_CHUNK = 512;
+    /// Cells of the culling mask (Kern et al. 2023, section 4.5), one bit each.
+    CULL_CELLS = 1 << 22;
+    /// Photons that stochastic evaluation can keep.
+    RESERVOIR_MAX = 8;
+}
+
+shared_structs! {
+    /// A node of the software scene tree: two children with their boxes. `count` 0 marks an inner
+    /// child, whose node is `child`; otherwise `count` triangles start at `child`.
+    struct BvhNode {
+        min0_w: [f32; 3],
+        child0: u32,
+        max0_w: [f32; 3],
+        count0: u32,
+        min1_w: [f32; 3],
+        child1: u32,
+        max1_w: [f32; 3],
+        count1: u32,
+    }
+
+    /// What shading needs of a triangle: its vertices and its material with the TRIANGLE_ flags.
+    struct TriangleShading {
+        vertices: [u32; 3],
+        material: u32,
+    }
+
+    /// What shading needs of a vertex.
+    struct VertexShading {
+        normal_w: [f32; 3],
+        tangent_w: [f32; 4],
+        uv0: [f32; 2],
+        uv1: [f32; 2],
+        color: [f32; 4],
+    }
+
+    /// See `scene::Material`.
+    struct Material {
+        base_color: [f32; 4],
+        emission: [f32; 3],
+        metallic: f32,
+        specular_color: [f32; 3],
+        specular: f32,
+        /// σ [1/m].
+        absorption: [f32; 3],
+        transmission: f32,
+        roughness: f32,
+        ior: f32,
+        alpha_cutoff: f32,
+        normal_scale: f32,
+        flags: u32,
+    }
+
+    /// A material's use of a texture: its number or NONE, the UV set, and (u', v') = rows · (u, v, 1).
+    struct TextureSlot {
+        texture: u32,
+        uv_set: u32,
+        row0: [f32; 3],
+        row1: [f32; 3],
+    }
+
+    /// Something that emits photons, and its row of the alias table.
+    struct Light {
+        kind: u32,
+        /// The triangle of an emissive one.
+        triangle: u32,
+        /// The probability of choosing this light.
+        probability: f32,
+        /// Alias method (Vose 1991): keep this row below `alias_threshold`, else take row `alias`.
+        alias_threshold: f32,
+        alias: u32,
+        position_w: [f32; 3],
+        /// The direction that a spot or directional light shines in.
+        direction_w: [f32; 3],
+        /// Intensity [cd], or illuminance [lx] of a directional light.
+        intensity: [f32; 3],
+        cos_inner: f32,
+        cos_outer: f32,
+    }
+
+    /// The scene on the device.
+    struct World {
+        /// Three corners a triangle, in the order of the traversal structure.
+        positions_w: Ptr<[f32; 3]>,
+        triangles: Ptr<TriangleShading>,
+        vertices: Ptr<VertexShading>,
+        materials: Ptr<Material>,
+        texture_slots: Ptr<TextureSlot>,
+        lights: Ptr<Light>,
+        nodes: Ptr<BvhNode>,
+        tlas: [u32; 2],
+        /// First triangle of each group: two-sided opaque, two-sided alpha, one-sided opaque,
+        /// one-sided alpha (a geometry of the acceleration structure each).
+        groups: [u32; 4],
+        light_count: u32,
+        /// Lights at the end of the list that have no area.
+        first_delta_light: u32,
+        center_w: [f32; 3],
+        /// Of the bounding sphere [m].
+        radius: f32,
+    }
+
+    /// What changes from one iteration to the next.
+    struct Frame {
+        camera_position_w: [f32; 3],
+        /// Camera axes, scaled so that a pixel's direction is forward + x right + y up, x and y in [-1, 1].
+        camera_right_w: [f32; 3],
+        camera_up_w: [f32; 3],
+        camera_forward_w: [f32; 3],
+        size: [u32; 2],
+        seed: u32,
+        iteration: u32,
+        /// Light paths of this iteration.
+        paths: u32,
+        /// Edges of a path from the eye to the light at most.
+        max_depth: u32,
+        /// Radii [m] of the caustic and the global map.
+        radius: [f32; 2],
+        /// Probability that a global photon is not stored.
+        reject: f32,
+        /// 1: photons outside the culling mask are not stored.
+        cull: u32,
+        /// Photons that the buffer holds.
+        capacity: u32,
+    }
+
+    /// Where a view path chose the diffuse lobe (48 bytes in Kern et al. 2023, table 1).
+    struct ViewSample {
+        position_w: [f32; 3],
+        /// The path's throughput × diffuse colour / π / the probability of having chosen diffuse.
+        /// All zero: this pixel has no sample.
+        weight: [f32; 3],
+        /// To the eye; octahedral.
+        wo: u32,
+        /// Face normal on the eye's side; octahedral.
+        normal_g: u32,
+        /// Fresnel F0 and F90 of the dielectric layer over the diffuse one, as two halves.
+        fresnel: u32,
+        /// Edges from the eye to here.
+        depth: u32,
+        /// Of the pixel at this distance [m].
+        footprint: f32,
+    }
+
+    /// A photon as emission leaves it. With its box (24 bytes) it takes 40 (Kern et al. 2023, table 2).
+    struct Photon {
+        position_w: [f32; 3],
+        power: PhotonPower,
+    }
+
+    /// What a photon carries.
+    struct PhotonPower {
+        /// Flux [lm]: three 16-bit mantissas and a shared 10-bit exponent; 6 bits of path edges.
+        flux: [u32; 2],
+        /// Where it came from; octahedral.
+        wi: u32,
+        /// Face normal on the side that it arrived on; octahedral.
+        normal_g: u32,
+    }
+
+    /// Counted by emission.
+    struct Counters {
+        /// Of both maps, those beyond the capacity included.
+        photons: u32,
+        /// Stored ones of the caustic map.
+        caustic_photons: u32,
+        culled: u32,
+        rejected: u32,
+        /// Ends of paths.
+        absorbed: u32,
+        escaped: u32,
+        terminated: u32,
+        too_long: u32,
+    }
+
+    /// Running means of one pixel over the iterations, each as an unevaluated sum of two floats.
+    struct FilmPixel {
+        emission: [f32; 3],
+        caustic: [f32; 3],
+        global: [f32; 3],
+        albedo: [f32; 3],
+        normal_w: [f32; 3],
+        depth: f32,
+        /// Variance of one iteration's luminance.
+        variance: f32,
+        emission_low: [f32; 3],
+        caustic_low: [f32; 3],
+        global_low: [f32; 3],
+        albedo_low: [f32; 3],
+        normal_w_low: [f32; 3],
+        depth_low: f32,
+        variance_low: f32,
+    }
+
+    /// One iteration's values of one pixel.
+    struct FramePixel {
+        emission: [f32; 3],
+        caustic: [f32; 3],
+        global: [f32; 3],
+        albedo: [f32; 3],
+        normal_w: [f32; 3],
+        /// Distance from the eye to the first surface [m]; 0 where there is none.
+        depth: f32,
+    }
+
+    /// The arguments of `view`.
+    struct ViewPush {
+        world: Ptr<World>,
+        frame: Ptr<Frame>,
+        samples: Ptr<ViewSample>,
+        pixels: Ptr<FramePixel>,
+    }
+
+    struct CullPush {
+        frame: Ptr<Frame>,
+        samples: Ptr<ViewSample>,
+        mask: Ptr<u32>,
+    }
+
+    struct EmitPush {
+        world: Ptr<World>,
+        frame: Ptr<Frame>,
+        mask: Ptr<u32>,
+        photons: Ptr<Photon>,
+        /// Photons of each path, and where they lie, the map in the top bit: `max_depth` slots a path.
+        path_photons: Ptr<u32>,
+        path_slots: Ptr<u32>,
+        counters: Ptr<Counters>,
+    }
+
+    /// Exclusive prefix sum, one level of a tree: `values` become offsets within their chunk, the
+    /// chunk's total goes to `totals`.
+    struct ScanPush {
+        values: Ptr<u32>,
+        totals: Ptr<u32>,
+        count: u32,
+        unused: u32,
+    }
+
+    struct PhotonKeysPush {
+        frame: Ptr<Frame>,
+        photons: Ptr<Photon>,
+        path_photons: Ptr<u32>,
+        path_offsets: Ptr<u32>,
+        path_slots: Ptr<u32>,
+        keys: Ptr<u32>,
+        indices: Ptr<u32>,
+        /// The box that holds all photons.
+        min_w: [f32; 3],
+        scale: [f32; 3],
+    }
+
+    struct SortPush {
+        keys: Ptr<u32>,
+        values: Ptr<u32>,
+        keys_out: Ptr<u32>,
+        values_out: Ptr<u32>,
+        /// `histogram[digit * chunks + chunk]`.
+        histogram: Ptr<u32>,
+        count: u32,
+        shift: u32,
+    }
+
+    /// Photons in sorted order, caustic ones first. Pairs are of the caustic and the global map.
+    struct PhotonMaps {
+        positions_w: Ptr<[f32; 3]>,
+        power: Ptr<PhotonPower>,
+        /// For the acceleration structures.
+        boxes: Ptr<PhotonBox>,
+        /// Complete trees in heap order (see `near.glsl`).
+        caustic_tree: Ptr<PhotonBox>,
+        global_tree: Ptr<PhotonBox>,
+        tlas: [u32; 2],
+        first: [u32; 2],
+        count: [u32; 2],
+        first_leaf: [u32; 2],
+    }
+
+    /// An axis-aligned box, as acceleration structures want it.
+    struct PhotonBox {
+        min_w: [f32; 3],
+        max_w: [f32; 3],
+    }
+
+    struct PlacePush {
+        frame: Ptr<Frame>,
+        photons: Ptr<Photon>,
+        indices: Ptr<u32>,
+        maps: Ptr<PhotonMaps>,
+        count: u32,
+        unused: u32,
+    }
+
+    /// One level of a photon tree.
+    struct TreePush {
+        maps: Ptr<PhotonMaps>,
+        map: u32,
+        /// First node of this level and how many it has.
+        first: u32,
+        count: u32,
+        unused: u32,
+    }
+
+    struct GatherPush {
+        frame: Ptr<Frame>,
+        samples: Ptr<ViewSample>,
+        maps: Ptr<PhotonMaps>,
+        pixels: Ptr<FramePixel>,
+        map: u32,
+        /// Photons kept by stochastic evaluation.
+        reservoir: u32,
+    }
+
+    struct FilmPush {
+        frame: Ptr<Frame>,
+        pixels: Ptr<FramePixel>,
+        film: Ptr<FilmPixel>,
+    }
+}

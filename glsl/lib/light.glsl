@@ -1,0 +1,85 @@
+// Photon emission (`physics.md`: flux of each kind of light). Lights are chosen by an alias table in
+// proportion to luminous flux (Vose 1991); a photon carries the light's flux in its direction over
+// (probability of the light × light paths). Needs math.glsl and surface.glsl.
+// In: uniform numbers. Out: a ray and flux [lm] per channel.
+
+struct Emission {
+    vec3 origin_w;
+    vec3 direction_w;
+    vec3 flux;
+};
+
+// KHR_lights_punctual: the square of a linear ramp in the cosine.
+float spot_falloff(Light light, float cos_theta) {
+    float scale = 1.0 / max(0.001, light.cos_inner - light.cos_outer);
+    return square(clamp((cos_theta - light.cos_outer) * scale, 0.0, 1.0));
+}
+
+// Inverts ∫ falloff dcosθ over the cone: a cubic ramp from the outer to the inner angle, then linear.
+// Returns cos θ with density falloff(cos θ) / `total`.
+float sample_spot_cosine(Light light, float u, out float total) {
+    float width = max(0.001, light.cos_inner - light.cos_outer);
+    float knee = min(light.cos_outer + width, 1.0);
+    float ramp_end = (knee - light.cos_outer) / width;
+    float ramp = width * ramp_end * ramp_end * ramp_end / 3.0;
+    total = ramp + (1.0 - knee);
+    float x = u * total;
+    return x < ramp ? light.cos_outer + width * pow(3.0 * x / width, 1.0 / 3.0) : knee + (x - ramp);
+}
+
+uint choose_light(World world, float u_row, float u_alias) {
+    uint row = min(uint(u_row * float(world.light_count)), world.light_count - 1u);
+    Light light = world.lights.at[row];
+    return u_alias < light.alias_threshold ? row : light.alias;
+}
+
+// u: where on the light; v: direction.
+Emission emit_photon(World world, uint index, uint paths, vec2 u, vec2 v) {
+    Light light = world.lights.at[index];
+    Emission e;
+    float share = 1.0 / (light.probability * float(paths));
+    if (light.kind == LIGHT_TRIANGLE) {
+        // Uniform in area (Heitz 2019 would distort less; this keeps strata too).
+        float r = sqrt(u.x);
+        vec2 bary = vec2(u.y * r, 1.0 - r);
+        Corners p = corners_of(world, light.triangle);
+        vec3 n = face_normal(p);
+        Surface s = surface_at(world, light.triangle, bary, n);
+        e.direction_w = frame_of(n) * sample_cosine(v);
+        e.origin_w = leave(s, e.direction_w);
+        float area = 0.5 * length(cross(p.p1 - p.p0, p.p2 - p.p0));
+        e.flux = s.emission * (PI * area * share);
+    } else if (light.kind == LIGHT_POINT) {
+        e.origin_w = light.position_w;
+        e.direction_w = sample_cone(v, -1.0);
+        e.flux = light.intensity * (4.0 * PI * share);
+    } else if (light.kind == LIGHT_SPOT) {
+        float total;
+        float z = sample_spot_cosine(light, v.x, total);
+        float r = sqrt(max(0.0, 1.0 - z * z)), phi = 2.0 * PI * v.y;
+        e.origin_w = light.position_w;
+        e.direction_w = frame_of(light.direction_w) * vec3(r * cos(phi), r * sin(phi), z);
+        e.flux = light.intensity * (2.0 * PI * total * share);
+    } else {
+        mat3 frame = frame_of(light.direction_w);
+        e.origin_w = world.center_w + world.radius * (frame * vec3(sample_disc(v), -1.0));
+        e.direction_w = light.direction_w;
+        e.flux = light.intensity * (PI * world.radius * world.radius * share);
+    }
+    return e;
+}
+
+// Light that a delta light sends to a point, without visibility [lx × π⁻¹ free]: irradiance on a
+// surface facing it. Out: direction to the light and its distance.
+vec3 delta_irradiance(Light light, vec3 position_w, out vec3 wi, out float distance_w) {
+    if (light.kind == LIGHT_DIRECTIONAL) {
+        wi = -light.direction_w;
+        distance_w = 3.0e38;
+        return light.intensity;
+    }
+    vec3 d = light.position_w - position_w;
+    distance_w = length(d);
+    wi = d / distance_w;
+    vec3 e = light.intensity / (distance_w * distance_w);
+    return light.kind == LIGHT_SPOT ? e * spot_falloff(light, dot(-wi, light.direction_w)) : e;
+}

@@ -1,0 +1,33 @@
+// What every pass starts with: extensions, the structs shared with Rust, the thread's number.
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_control_flow_attributes : require
+#ifdef TRACE_QUERY
+#extension GL_EXT_ray_query : require
+#endif
+#ifdef TEXTURES
+#extension GL_EXT_nonuniform_qualifier : require
+#endif
+#include "shared.glsl"
+
+// What the scene contains: code for anything else is not compiled into the pipeline.
+layout(constant_id = 0) const uint FEATURES = ~0u;
+const bool HAS_SPECULAR = (FEATURES & FEATURE_SPECULAR) != 0u;
+const bool HAS_TRANSMISSION = (FEATURES & FEATURE_TRANSMISSION) != 0u;
+const bool HAS_ABSORPTION = (FEATURES & FEATURE_ABSORPTION) != 0u;
+const bool HAS_ALPHA = (FEATURES & FEATURE_ALPHA) != 0u;
+const bool HAS_ONE_SIDED = (FEATURES & FEATURE_ONE_SIDED) != 0u;
+const bool HAS_DELTA_LIGHTS = (FEATURES & FEATURE_DELTA_LIGHTS) != 0u;
+const bool HAS_LEDGER = (FEATURES & FEATURE_LEDGER) != 0u;
+const bool STOCHASTIC = (FEATURES & FEATURE_STOCHASTIC) != 0u;
+// Entries of the software traversal's stack: the depth of the scene's tree.
+layout(constant_id = 1) const uint STACK_SIZE = 64u;
+
+layout(local_size_x = GROUP_SIZE) in;
+
+#define PUSH(Type) layout(push_constant, scalar) uniform PushBlock { Type push; }
+
+// Linear over a dispatch whose groups are spread over x and y (65535 groups an axis at most).
+uint thread_index() {
+    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * GROUP_SIZE + gl_LocalInvocationID.x;
+}

@@ -1,0 +1,122 @@
+// From a hit to a surface: interpolation, textures, the material's parameters (glTF 2.0, section 3.9).
+// In: a triangle and barycentrics. Out: Surface (see bsdf.glsl). Needs bsdf.glsl and math.glsl.
+
+#ifdef TEXTURES
+layout(set = 0, binding = 0) uniform sampler2D textures[];
+
+// One slot of a material; white where the slot is empty.
+vec4 fetch(World world, uint material, uint slot, vec2 uv0, vec2 uv1) {
+    TextureSlot t = world.texture_slots.at[material * SLOTS_PER_MATERIAL + slot];
+    if (t.texture == NONE) return vec4(1.0);
+    vec3 uv = vec3(t.uv_set == 0u ? uv0 : uv1, 1.0);
+    return textureLod(textures[nonuniformEXT(t.texture)], vec2(dot(t.row0, uv), dot(t.row1, uv)), 0.0);
+}
+#endif
+
+struct Corners {
+    vec3 p0;
+    vec3 p1;
+    vec3 p2;
+};
+
+Corners corners_of(World world, uint triangle) {
+    return Corners(world.positions_w.at[3u * triangle], world.positions_w.at[3u * triangle + 1u], world.positions_w.at[3u * triangle + 2u]);
+}
+
+vec3 face_normal(Corners c) {
+    // Scaled first: edges of 1e-20 m would underflow in the product.
+    vec3 e1 = c.p1 - c.p0, e2 = c.p2 - c.p0;
+    float l1 = max_component(abs(e1)), l2 = max_component(abs(e2));
+    return normalize(cross(e1 / l1, e2 / l2));
+}
+
+vec3 interpolate(vec3 a, vec3 b, vec3 c, vec2 bary) { return a + bary.x * (b - a) + bary.y * (c - a); }
+
+// Rays leave a face at this distance along its normal: 16 steps of the float grid at the face's
+// largest coordinate, beyond the rounding of an interpolated point (Wächter & Binder 2019 use an
+// absolute term besides, which is wrong for small scenes).
+float origin_offset(Corners c) {
+    return 9.5367431640625e-7 * max_component(max(abs(c.p0), max(abs(c.p1), abs(c.p2))));
+}
+
+// Alpha of the base colour at a point of a triangle, and whether it is below the cut-off.
+bool is_cut_out(World world, uint triangle, vec2 bary) {
+    TriangleShading t = world.triangles.at[triangle];
+    uint m = t.material & TRIANGLE_MATERIAL_MASK;
+    VertexShading a = world.vertices.at[t.vertices.x], b = world.vertices.at[t.vertices.y], c = world.vertices.at[t.vertices.z];
+    float alpha = world.materials.at[m].base_color.a * interpolate(a.color.aaa, b.color.aaa, c.color.aaa, bary).x;
+#ifdef TEXTURES
+    vec2 uv0 = interpolate(vec3(a.uv0, 0), vec3(b.uv0, 0), vec3(c.uv0, 0), bary).xy;
+    vec2 uv1 = interpolate(vec3(a.uv1, 0), vec3(b.uv1, 0), vec3(c.uv1, 0), bary).xy;
+    alpha *= fetch(world, m, SLOT_BASE_COLOR, uv0, uv1).a;
+#endif
+    return alpha < world.materials.at[m].alpha_cutoff;
+}
+
+// `wo` points back along the ray that hit.
+Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
+    Corners p = corners_of(world, triangle);
+    TriangleShading t = world.triangles.at[triangle];
+    VertexShading a = world.vertices.at[t.vertices.x], b = world.vertices.at[t.vertices.y], c = world.vertices.at[t.vertices.z];
+    Material m = world.materials.at[t.material & TRIANGLE_MATERIAL_MASK];
+
+    Surface s;
+    s.position_w = interpolate(p.p0, p.p1, p.p2, bary);
+    s.offset = origin_offset(p);
+    s.wo = wo;
+    vec3 n_g = face_normal(p);
+    s.front = dot(n_g, wo) >= 0.0;
+    s.normal_g = s.front ? n_g : -n_g;
+    vec3 n_s = interpolate(a.normal_w, b.normal_w, c.normal_w, bary);
+    vec4 color = m.base_color * (a.color + bary.x * (b.color - a.color) + bary.y * (c.color - a.color));
+    float metallic = m.metallic, roughness = m.roughness, specular = m.specular, transmission = m.transmission;
+    vec3 specular_color = m.specular_color;
+    s.emission = m.emission;
+#ifdef TEXTURES
+    uint slot = t.material & TRIANGLE_MATERIAL_MASK;
+    vec2 uv0 = interpolate(vec3(a.uv0, 0), vec3(b.uv0, 0), vec3(c.uv0, 0), bary).xy;
+    vec2 uv1 = interpolate(vec3(a.uv1, 0), vec3(b.uv1, 0), vec3(c.uv1, 0), bary).xy;
+    color *= fetch(world, slot, SLOT_BASE_COLOR, uv0, uv1);
+    vec4 mr = fetch(world, slot, SLOT_METALLIC_ROUGHNESS, uv0, uv1);
+    roughness *= mr.g;
+    metallic *= mr.b;
+    s.emission *= fetch(world, slot, SLOT_EMISSION, uv0, uv1).rgb;
+    specular *= fetch(world, slot, SLOT_SPECULAR, uv0, uv1).a;
+    specular_color *= fetch(world, slot, SLOT_SPECULAR_COLOR, uv0, uv1).rgb;
+    transmission *= fetch(world, slot, SLOT_TRANSMISSION, uv0, uv1).r;
+    if (world.texture_slots.at[slot * SLOTS_PER_MATERIAL + SLOT_NORMAL].texture != NONE) {
+        vec4 tangent = a.tangent_w + bary.x * (b.tangent_w - a.tangent_w) + bary.y * (c.tangent_w - a.tangent_w);
+        vec3 n = fetch(world, slot, SLOT_NORMAL, uv0, uv1).xyz * 2.0 - 1.0;
+        n.xy *= m.normal_scale;
+        vec3 bitangent = cross(n_s, tangent.xyz) * tangent.w;
+        vec3 mapped = n.x * tangent.xyz + n.y * bitangent + n.z * n_s;
+        if (dot(mapped, mapped) > 0.0) n_s = mapped;
+    }
+#endif
+    float n_length = length(n_s);
+    n_s = n_length > 0.0 ? n_s / n_length : n_g;
+    if (!s.front) n_s = -n_s;
+    s.normal_s = n_s;
+
+    s.base_color = color.rgb;
+    s.metallic = metallic;
+    s.transmission = HAS_TRANSMISSION ? transmission : 0.0;
+    s.alpha = roughness * roughness;
+    s.f0 = min(square((m.ior - 1.0) / (m.ior + 1.0)) * specular_color, vec3(1.0)) * specular;
+    s.f90 = specular;
+    s.ior = m.ior;
+    s.solid = (m.flags & MATERIAL_SOLID) != 0u;
+    s.absorption = m.absorption;
+    if (!s.front) s.emission = vec3(0.0);
+    return s;
+}
+
+// Where a ray towards wi starts.
+vec3 leave(Surface s, vec3 wi) {
+    return s.position_w + s.normal_g * (dot(wi, s.normal_g) >= 0.0 ? s.offset : -s.offset);
+}
+
+// Beer–Lambert over a segment that ended at s: inside of a solid exactly where its back is hit.
+vec3 segment_transmittance(Surface s, float distance_w) {
+    return HAS_ABSORPTION && s.solid && !s.front ? exp(-s.absorption * distance_w) : vec3(1.0);
+}

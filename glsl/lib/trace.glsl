@@ -1,0 +1,159 @@
+// The traversal seam for scene rays: the closest hit and occlusion, by ray query or by a software
+// tree. Both answer with a triangle; barycentrics and distance are computed here for both, so that
+// the same triangle gives the same point.
+// In: origin and unit direction in world space, range in metres. Needs surface.glsl.
+
+struct Hit {
+    uint triangle;
+    vec2 bary;
+    float distance_w;
+};
+
+// Edge functions (Plücker, Kensler & Shirley 2006): computed from the corners relative to the
+// origin and never from a shared subexpression with rounding of its own, so two triangles see the
+// opposite sign at a shared edge, and no ray slips between them. x + y + z > 0: front.
+vec3 edge_functions(vec3 a, vec3 b, vec3 c, vec3 d) {
+    precise vec3 ca = vec3(c.y * b.z - c.z * b.y, c.z * b.x - c.x * b.z, c.x * b.y - c.y * b.x);
+    precise vec3 cb = vec3(a.y * c.z - a.z * c.y, a.z * c.x - a.x * c.z, a.x * c.y - a.y * c.x);
+    precise vec3 cc = vec3(b.y * a.z - b.z * a.y, b.z * a.x - b.x * a.z, b.x * a.y - b.y * a.x);
+    precise vec3 e = vec3(d.x * ca.x + d.y * ca.y + d.z * ca.z,
+                          d.x * cb.x + d.y * cb.y + d.z * cb.z,
+                          d.x * cc.x + d.y * cc.y + d.z * cc.z);
+    return e;
+}
+
+// Of the point where a ray meets a triangle's plane, kept inside the triangle.
+Hit complete_hit(World world, uint triangle, vec3 origin, vec3 direction) {
+    Corners p = corners_of(world, triangle);
+    vec3 e = edge_functions(p.p0 - origin, p.p1 - origin, p.p2 - origin, direction);
+    float det = e.x + e.y + e.z;
+    vec2 bary = clamp(e.yz / det, vec2(0.0), vec2(1.0));
+    bary /= max(1.0, bary.x + bary.y);
+    return Hit(triangle, bary, distance(origin, interpolate(p.p0, p.p1, p.p2, bary)));
+}
+
+#ifdef TRACE_QUERY
+
+uint query_triangle(World world, uint instance, uint geometry, uint primitive) {
+    return world.groups[instance + geometry] + primitive;
+}
+
+void proceed(rayQueryEXT query, World world, vec3 origin, vec3 direction) {
+    while (rayQueryProceedEXT(query)) {
+        if (!HAS_ALPHA) continue;
+        uint triangle = query_triangle(world, rayQueryGetIntersectionInstanceCustomIndexEXT(query, false),
+            rayQueryGetIntersectionGeometryIndexEXT(query, false), rayQueryGetIntersectionPrimitiveIndexEXT(query, false));
+        if (!is_cut_out(world, triangle, complete_hit(world, triangle, origin, direction).bary))
+            rayQueryConfirmIntersectionEXT(query);
+    }
+}
+
+bool trace(World world, vec3 origin, vec3 direction, out Hit hit) {
+    rayQueryEXT query;
+    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsCullBackFacingTrianglesEXT, 0xff, origin, 0.0, direction, 3.0e38);
+    proceed(query, world, origin, direction);
+    if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionTriangleEXT) return false;
+    uint triangle = query_triangle(world, rayQueryGetIntersectionInstanceCustomIndexEXT(query, true),
+        rayQueryGetIntersectionGeometryIndexEXT(query, true), rayQueryGetIntersectionPrimitiveIndexEXT(query, true));
+    hit = complete_hit(world, triangle, origin, direction);
+    return true;
+}
+
+bool occluded(World world, vec3 origin, vec3 direction, float distance_w) {
+    rayQueryEXT query;
+    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsCullBackFacingTrianglesEXT | gl_RayFlagsTerminateOnFirstHitEXT, 0xff, origin, 0.0, direction, distance_w);
+    proceed(query, world, origin, direction);
+    return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
+}
+
+#else
+
+// Entry distance of a box, or -1. The exit is widened by the rounding of the products (Ize 2013).
+float enter_box(vec3 min_w, vec3 max_w, vec3 origin, vec3 inverse, float t_max) {
+    vec3 t0 = (min_w - origin) * inverse, t1 = (max_w - origin) * inverse;
+    vec3 near = min(t0, t1), far = max(t0, t1);
+    float enter = max(max(near.x, near.y), max(near.z, 0.0));
+    float leave = min(min(far.x, far.y), min(far.z, t_max)) * 1.0000005;
+    return enter <= leave ? enter : -1.0;
+}
+
+// Nearest triangle before t_max, or NONE; with `any`, whichever is met first.
+uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any) {
+    // A zero component would make 0 · inf in a slab that the origin lies on.
+    vec3 safe = mix(direction, vec3(1e-30), lessThan(abs(direction), vec3(1e-30)));
+    vec3 inverse = 1.0 / safe;
+    uint stack[STACK_SIZE];
+    uint top = 0u, found = NONE;
+    uint node = 0u;
+    uint first = 0u, count = 0u;
+    for (;;) {
+        // Leaves come out of the inner loop, so that neighbouring threads test triangles together.
+        while (count == 0u && node != NONE) {
+            BvhNode n = world.nodes.at[node];
+            float t0 = enter_box(n.min0_w, n.max0_w, origin, inverse, t_max);
+            float t1 = enter_box(n.min1_w, n.max1_w, origin, inverse, t_max);
+            bool swap = t0 < 0.0 || (t1 >= 0.0 && t1 < t0);
+            uint near_child = swap ? n.child1 : n.child0, near_count = swap ? n.count1 : n.count0;
+            float t_near = swap ? t1 : t0, t_far = swap ? t0 : t1;
+            if (t_far >= 0.0) {
+                // A leaf is pushed as its triangles: count (at most 15) above 28 bits of index.
+                uint far_child = swap ? n.child0 : n.child1, far_count = swap ? n.count0 : n.count1;
+                stack[top++] = far_child | far_count << 28;
+            }
+            node = NONE;
+            if (t_near >= 0.0) {
+                if (near_count == 0u) node = near_child;
+                first = near_child;
+                count = near_count;
+            } else if (top > 0u) {
+                uint entry = stack[--top];
+                count = entry >> 28;
+                first = entry & 0x0fffffffu;
+                if (count == 0u) node = first;
+            }
+        }
+        if (count == 0u) return found;
+        for (uint i = first; i < first + count; i++) {
+            vec3 a = world.positions_w.at[3u * i] - origin;
+            vec3 b = world.positions_w.at[3u * i + 1u] - origin;
+            vec3 c = world.positions_w.at[3u * i + 2u] - origin;
+            vec3 e = edge_functions(a, b, c, direction);
+            float det = e.x + e.y + e.z;
+            bool inside = (e.x >= 0.0 && e.y >= 0.0 && e.z >= 0.0) || (e.x <= 0.0 && e.y <= 0.0 && e.z <= 0.0);
+            float t = (e.x * dot(direction, a) + e.y * dot(direction, b) + e.z * dot(direction, c)) / det;
+            if (inside && det != 0.0 && t > 0.0 && t < t_max) {
+                bool there = true;
+                if (HAS_ALPHA || HAS_ONE_SIDED) {
+                    uint flags = world.triangles.at[i].material;
+                    if ((flags & TRIANGLE_ONE_SIDED) != 0u) there = det > 0.0;
+                    if (there && (flags & TRIANGLE_ALPHA) != 0u) there = !is_cut_out(world, i, e.yz / det);
+                }
+                if (there) {
+                    found = i;
+                    t_max = t;
+                }
+            }
+        }
+        if (any && found != NONE) return found;
+        count = 0u;
+        if (top > 0u) {
+            uint entry = stack[--top];
+            count = entry >> 28;
+            first = entry & 0x0fffffffu;
+            if (count == 0u) node = first;
+        }
+    }
+}
+
+bool trace(World world, vec3 origin, vec3 direction, out Hit hit) {
+    uint triangle = traverse(world, origin, direction, 3.0e38, false);
+    if (triangle == NONE) return false;
+    hit = complete_hit(world, triangle, origin, direction);
+    return true;
+}
+
+bool occluded(World world, vec3 origin, vec3 direction, float distance_w) {
+    return traverse(world, origin, direction, distance_w, true) != NONE;
+}
+
+#endif

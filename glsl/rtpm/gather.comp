@@ -1,0 +1,78 @@
+// Radiance from one photon map at each view sample: L = Σ f_r Φ / (π r²), no cosine (Kern et al.
+// 2023, section 3.6), by full evaluation or by stochastic evaluation of a reservoir of photons
+// (section 3.8; Vitter 1985).
+// In: ViewSamples, PhotonMaps, the map's radius [m]. Out: FramePixel.caustic or .global [nit].
+#version 460
+#include "lib/pass.glsl"
+#include "lib/math.glsl"
+#include "lib/rng.glsl"
+#include "lib/bsdf.glsl"
+#include "lib/camera.glsl"
+#include "lib/photon.glsl"
+#include "lib/near.glsl"
+
+PUSH(GatherPush);
+
+PhotonMaps maps;
+ViewSample view;
+vec3 wo;
+vec3 normal_g;
+vec2 fresnel;
+uint longest;
+
+vec3 sum = vec3(0.0);
+uint found = 0u;
+Rng rng;
+uint kept[STOCHASTIC ? RESERVOIR_MAX : 1u];
+
+// A photon counts where it arrived on the side that the eye sees, on a face that looks the same way
+// (no halo through thin walls), and where the whole path is not longer than allowed.
+bool accepts(PhotonPower p) {
+    return photon_edges(p) <= longest
+        && dot(unpack_direction(p.wi), normal_g) > 0.0
+        && dot(unpack_direction(p.normal_g), normal_g) > 0.5;
+}
+
+// Without view.weight, which all photons share.
+vec3 evaluate(PhotonPower p) {
+    return photon_flux(p) * diffuse_transmittance(vec3(fresnel.x), fresnel.y, wo, unpack_direction(p.wi));
+}
+
+void visit_photon(uint index) {
+    PhotonPower p = maps.power.at[index];
+    if (!accepts(p)) return;
+    if (!STOCHASTIC) {
+        sum += evaluate(p);
+        return;
+    }
+    uint place = found++;
+    if (place >= push.reservoir) place = uint(next4(rng).x * float(found));
+    if (place < push.reservoir) kept[place] = index;
+}
+
+void main() {
+    Frame frame = push.frame.at[0];
+    uvec2 pixel;
+    if (!pixel_of_thread(frame, thread_index(), pixel)) return;
+    uint index = pixel.y * frame.size.x + pixel.x;
+    view = push.samples.at[index];
+    if (view.weight == vec3(0.0)) return;
+    maps = push.maps.at[0];
+    wo = unpack_direction(view.wo);
+    normal_g = unpack_direction(view.normal_g);
+    fresnel = unpackHalf2x16(view.fresnel);
+    longest = frame.max_depth - view.depth;
+    if (STOCHASTIC) rng = Rng(frame.seed, frame.iteration, index, STREAM_GATHER + (push.map << 24));
+
+    float radius = frame.radius[push.map];
+    find_near(maps, push.map, view.position_w, radius);
+
+    if (STOCHASTIC && found > 0u) {
+        uint n = min(found, push.reservoir);
+        for (uint i = 0u; i < n; i++) sum += evaluate(maps.power.at[kept[i]]);
+        sum *= float(found) / float(n);
+    }
+    vec3 radiance = view.weight * sum / (PI * radius * radius);
+    if (push.map == MAP_CAUSTIC) push.pixels.at[index].caustic = radiance;
+    else push.pixels.at[index].global = radiance;
+}

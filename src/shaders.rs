@@ -1,0 +1,77 @@
+//! Every pass in every variant: one row here is one file in `glsl/spirv/`, compiled by
+//! `tools/compile-shaders` from `glsl/`.
+
+use crate::{Error, Result};
+use include_dir::{Dir, include_dir};
+
+/// A compiled variant of a pass.
+pub struct Shader {
+    /// `glsl/spirv/<stem>.spv`: the pass, then the variant's parts.
+    pub stem: &'static str,
+    /// Under `glsl/`.
+    pub source: &'static str,
+    /// Defines choose code: which traversal, textures or none.
+    pub defines: &'static [&'static str],
+}
+
+macro_rules! shaders {
+    ($($stem:literal $source:literal [$($define:literal)*],)*) => {
+        /// All shaders.
+        pub const SHADERS: &[Shader] = &[$(Shader {
+            stem: $stem,
+            source: $source,
+            defines: &[$($define),*],
+        }),*];
+    };
+}
+
+shaders! {
+    "view.software" "common/view.comp" [],
+    "view.software.textured" "common/view.comp" ["TEXTURES"],
+    "view.query" "common/view.comp" ["TRACE_QUERY"],
+    "view.query.textured" "common/view.comp" ["TRACE_QUERY" "TEXTURES"],
+    "emit.software" "common/emit.comp" [],
+    "emit.software.textured" "common/emit.comp" ["TEXTURES"],
+    "emit.query" "common/emit.comp" ["TRACE_QUERY"],
+    "emit.query.textured" "common/emit.comp" ["TRACE_QUERY" "TEXTURES"],
+    "cull" "common/cull.comp" [],
+    "scan" "common/scan.comp" [],
+    "scan_add" "common/scan_add.comp" [],
+    "photon_keys" "common/photon_keys.comp" [],
+    "sort_count" "common/sort_count.comp" [],
+    "sort_scatter" "common/sort_scatter.comp" [],
+    "film" "common/film.comp" [],
+    "rtpm.place.software" "rtpm/place.comp" [],
+    "rtpm.place.query" "rtpm/place.comp" ["TRACE_QUERY"],
+    "rtpm.tree" "rtpm/tree.comp" [],
+    "rtpm.gather.software" "rtpm/gather.comp" [],
+    "rtpm.gather.query" "rtpm/gather.comp" ["TRACE_QUERY"],
+}
+
+static SPIRV: Dir = include_dir!("$CARGO_MANIFEST_DIR/glsl/spirv");
+
+/// The SPIR-V of a stem.
+///
+/// # Errors
+/// The binary was built without it: `tools/compile-shaders` has not run since the row was added.
+pub fn spirv(stem: &str) -> Result<&'static [u8]> {
+    SPIRV
+        .get_file(format!("{stem}.spv"))
+        .map(|file| file.contents())
+        .ok_or_else(|| Error::Device {
+            device: "any".into(),
+            fault: format!("this build lacks the shader {stem}; run tools/compile-shaders and build again"),
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shader_is_compiled() {
+        for shader in SHADERS {
+            assert!(spirv(shader.stem).is_ok(), "{}", shader.stem);
+        }
+    }
+}
