@@ -15,7 +15,6 @@
 //! | [`technique`] | the techniques, one file each |
 //! | [`render`] | settings and a scene become iterations and a picture |
 //! | [`image`] | pictures: EXR and PNG in and out |
-//! | [`render`] | iterations of a technique, and the picture they add up to |
 //! | [`cli`] | the command line, one file per subcommand |
 #![deny(unsafe_code)]
 

@@ -4,7 +4,7 @@ use crate::shared::BvhNode;
 use glam::{Vec3, Vec3A};
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
-use obvhs::{Boundable, BvhBuildParams};
+use obvhs::BvhBuildParams;
 use std::time::Duration;
 
 /// Leaves hold at most this many triangles, so that the shader can push a leaf as one word.
@@ -45,7 +45,7 @@ impl SceneTree {
         let Some(root) = tree.nodes.first() else {
             return result;
         };
-        let mut leaf = |result: &mut Self, node: &obvhs::bvh2::node::Bvh2Node| {
+        let leaf = |result: &mut Self, node: &obvhs::bvh2::node::Bvh2Node| {
             let first = result.order.len() as u32;
             let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
             result.order.extend(&tree.primitive_indices[range]);
@@ -54,10 +54,9 @@ impl SceneTree {
         if root.prim_count > 0 {
             // A lone leaf: its sibling is a box that no ray meets.
             let (child0, count0) = leaf(&mut result, root);
-            let bounds = triangles.iter().fold(root.aabb, |b, t| b.union(&t.aabb()));
             result.nodes.push(BvhNode {
-                min0_w: bounds.min.into(),
-                max0_w: bounds.max.into(),
+                min0_w: root.aabb.min.into(),
+                max0_w: root.aabb.max.into(),
                 child0,
                 count0,
                 min1_w: [f32::MAX; 3],
