@@ -494,3 +494,33 @@ fn unfit_textures_are_errors() {
     gpu.texture_array(&[]).unwrap();
     assert_valid(&gpu);
 }
+
+#[test]
+fn the_doctor_finds_every_usable_device_fit() {
+    let mut report = Vec::new();
+    lightfall::cli::doctor::report(&mut report).unwrap();
+    let report = String::from_utf8(report).unwrap();
+    for info in devices().unwrap() {
+        let (index, name) = (info.index, info.name);
+        assert!(
+            report.contains(&format!("Device {index}: {name}")),
+            "{report}"
+        );
+    }
+    assert!(
+        report.contains("4096 device addresses followed"),
+        "{report}"
+    );
+    assert!(
+        !report.contains("BAD") && !report.contains("FAILED"),
+        "{report}"
+    );
+    assert!(report.contains("Without --device"), "{report}");
+    if devices()
+        .unwrap()
+        .iter()
+        .any(|info| info.usable() && info.caps.ray_query)
+    {
+        assert!(report.contains("0 missed, 0 reported twice"), "{report}");
+    }
+}
