@@ -33,7 +33,7 @@ fn buffers_keep_what_is_written() {
     assert!(gpu.write(&buffer, 99_999, &[0, 0]).is_err());
     assert!(gpu.write(&buffer, usize::MAX, &[0, 0]).is_err());
     let none = gpu.upload::<u64>("none", &[]).unwrap();
-    assert_eq!(gpu.read(&none, 0..0).unwrap(), []);
+    assert!(gpu.read(&none, 0..0).unwrap().is_empty());
     assert_valid(&gpu);
 }
 

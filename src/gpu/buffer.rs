@@ -44,6 +44,11 @@ impl<T> Ptr<T> {
     pub fn address(self) -> u64 {
         self.0
     }
+
+    /// The same address, seen as values of another type.
+    pub fn cast<U>(self) -> Ptr<U> {
+        Ptr(self.0, PhantomData)
+    }
 }
 
 impl<T> Clone for Ptr<T> {
