@@ -7,6 +7,7 @@
 #include "lib/pass.glsl"
 #include "lib/math.glsl"
 #include "lib/rng.glsl"
+#include "lib/sequence.glsl"
 #include "lib/bsdf.glsl"
 #include "lib/surface.glsl"
 #include "lib/trace.glsl"
@@ -66,8 +67,10 @@ void main() {
     seen.emission = seen.caustic = seen.global = seen.albedo = seen.normal_w = vec3(0.0);
     seen.depth = 0.0;
 
-    vec4 u = next4(rng);
-    vec3 origin = frame.camera_position_w, direction = camera_direction(frame, pixel, u.xy);
+    // The place in the pixel and the first event go through a sequence over the iterations.
+    uint seed = mix_seed(frame.seed ^ mix_seed(STREAM_VIEW + index));
+    vec3 origin = frame.camera_position_w;
+    vec3 direction = camera_direction(frame, pixel, sequence_pair(frame.iteration, seed));
     vec3 throughput = vec3(1.0);
     float path_length = 0.0;
     for (uint edges = 1u; edges <= frame.max_depth; edges++) {
@@ -85,7 +88,10 @@ void main() {
         if (edges == frame.max_depth) break;
         if (HAS_SPECULAR && HAS_DELTA_LIGHTS) seen.emission += throughput * reflected_delta_lights(world, s);
 
-        BsdfSample event = sample_bsdf(s, true, next4(rng), vec2(0.0));
+        vec4 u = edges == 1u
+            ? vec4(sequence_pair(frame.iteration, seed + 1u), sequence_pair(frame.iteration, seed + 2u))
+            : next4(rng);
+        BsdfSample event = sample_bsdf(s, true, u, vec2(0.0));
         if (event.lobe == LOBE_DIFFUSE) {
             result.position_w = s.position_w;
             result.weight = throughput * diffuse_color(s) / (PI * event.probability);
