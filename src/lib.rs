@@ -15,9 +15,11 @@
 //! | [`technique`] | the techniques, one file each |
 //! | [`render`] | settings and a scene become iterations and a picture |
 //! | [`image`] | pictures: EXR and PNG in and out |
+//! | [`cli`] | the command line, one file per subcommand |
 #![deny(unsafe_code)]
 
 pub mod bvh;
+pub mod cli;
 pub mod error;
 pub mod film;
 #[allow(unsafe_code)]

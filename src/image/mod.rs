@@ -120,13 +120,13 @@ fn parse_hash(hex: &str) -> Option<[u8; 32]> {
 
 /// A picture's kind of file, from the name's extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Format {
+pub(crate) enum Format {
     Exr,
     Png,
 }
 
 impl Format {
-    fn of(path: &Path) -> Result<Self> {
+    pub fn of(path: &Path) -> Result<Self> {
         let extension = path.extension().unwrap_or_default();
         if extension.eq_ignore_ascii_case("exr") {
             Ok(Self::Exr)

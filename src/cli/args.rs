@@ -1,0 +1,142 @@
+//! What can be typed. Ranges are checked here; clap prints the fault and exits with 2.
+
+use crate::{
+    image::{Display, Format},
+    settings::Settings,
+};
+use clap::{
+    Args, Parser, Subcommand,
+    builder::{PathBufValueParser, TypedValueParser},
+};
+use std::{path::PathBuf, time::Duration};
+
+/// Photon mapping on Vulkan ray tracing hardware: glTF in, converged caustics out.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    after_help = "Exit codes: 0 done, 1 failed, 2 usage, 130 interrupted."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a glTF scene to EXR and PNG images
+    ///
+    /// Stops after 60 s unless --iterations or --time says otherwise. Ctrl-C finishes the iteration
+    /// and writes the image so far; a second Ctrl-C ends at once without an image.
+    Render(Box<RenderArgs>),
+    /// Show what a glTF file holds and what of it will not be rendered
+    Info {
+        /// A .gltf or .glb file
+        scene: PathBuf,
+    },
+    /// Say whether this machine can render, and what to install if it cannot
+    Doctor,
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// A .gltf or .glb file
+    pub scene: PathBuf,
+
+    /// Where the image goes, .exr (all layers, can be resumed) or .png (for looking at); may be given
+    /// several times
+    #[arg(short, long = "output", value_name = "FILE", required = true,
+          value_parser = PathBufValueParser::new().try_map(image_path))]
+    pub outputs: Vec<PathBuf>,
+
+    /// Stop at N iterations, those of a resumed image included
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub iterations: Option<u64>,
+
+    /// Stop after this long: 90, 90s, 1.5m, 2h; an iteration once begun is finished
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    pub time: Option<Duration>,
+
+    /// Go on from an .exr image of the same scene and settings
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+
+    /// Vulkan device, by its index or part of its name, as `lightfall doctor` lists them
+    /// [default: the best]
+    #[arg(long, value_name = "N|NAME")]
+    pub device: Option<String>,
+
+    #[command(flatten)]
+    pub settings: Settings,
+
+    #[command(flatten)]
+    pub display: Display,
+
+    /// Print the time that each pass took
+    #[arg(long)]
+    pub timings: bool,
+
+
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+
+    /// Print one JSON object per line on stdout: start, progress about every second, end
+    #[arg(long)]
+    pub json: bool,
+
+    /// Run under the Khronos validation layer; any message of it is a failure
+    #[arg(long)]
+    pub validate: bool,
+}
+
+fn image_path(path: PathBuf) -> Result<PathBuf, &'static str> {
+    match Format::of(&path) {
+        Ok(_) => Ok(path),
+        Err(_) => Err("the name must end in .exr or .png"),
+    }
+}
+
+fn parse_time(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match text.char_indices().last() {
+        Some((end, 's')) => (&text[..end], 1.0),
+        Some((end, 'm')) => (&text[..end], 60.0),
+        Some((end, 'h')) => (&text[..end], 3600.0),
+        _ => (text, 1.0),
+    };
+    match number.parse::<f64>() {
+        // Nobody waits for more than a year, and Duration stays far from its bounds.
+        Ok(n) if n > 0.0 && n * unit <= 365.0 * 86400.0 => Ok(Duration::from_secs_f64(n * unit)),
+        _ => Err("expected a time above 0, at most a year, such as 30s, 5m or 1h".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times() {
+        let seconds = |text| parse_time(text).map(|t| t.as_secs_f64());
+        assert_eq!(seconds("90"), Ok(90.0));
+        assert_eq!(seconds("0.5s"), Ok(0.5));
+        assert_eq!(seconds("1.5m"), Ok(90.0));
+        assert_eq!(seconds("2h"), Ok(7200.0));
+        for bad in [
+            "", "s", "0", "-1s", "nan", "inf", "1e300h", "1d", "5µ", "1 h",
+        ] {
+            assert!(parse_time(bad).is_err(), "{bad}");
+        }
+    }
+
+    /// clap's own consistency checks: no option twice, defaults within their ranges.
+    #[test]
+    fn command_line_is_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+        let cli = Cli::try_parse_from(["lightfall", "render", "a.glb", "-o", "a.exr"]).unwrap();
+        let Command::Render(args) = cli.command else {
+            panic!("not render")
+        };
+        assert_eq!(args.settings, Settings::default());
+    }
+}

@@ -1,0 +1,137 @@
+//! `lightfall info`: what a scene file holds.
+
+use crate::{
+    Error, Result,
+    scene::{self, Light, Scene},
+};
+use glam::Vec3;
+use std::{
+    fmt::Write as _,
+    io::{ErrorKind, Write as _},
+    path::Path,
+};
+
+/// Prints a summary of the scene at `path` on stdout.
+pub fn run(path: &Path) -> Result<()> {
+    let text = summary(&scene::load(path)?);
+    let printed = std::io::stdout().write_all(text.as_bytes());
+    match printed {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::io("stdout".as_ref(), e)),
+        _ => Ok(()),
+    }
+}
+
+fn summary(scene: &Scene) -> String {
+    let mut text = String::new();
+    let mut row = |name: &str, value: String| {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{name:11}{value}");
+    };
+    row("triangles", scene.triangles.len().to_string());
+    row("vertices", scene.vertices.len().to_string());
+    row("materials", scene.materials.len().to_string());
+    let (textures, images) = (scene.textures.len(), scene.images.len());
+    row("textures", format!("{textures} of {images} images"));
+    row("lights", lights(scene));
+    for (i, camera) in scene.cameras.iter().enumerate() {
+        let position_w = camera.world_from_camera.w_axis;
+        let aspect = camera
+            .aspect
+            .map_or(String::new(), |a| format!(", aspect {a:.3}"));
+        row(
+            if i == 0 { "cameras" } else { "" },
+            format!(
+                "{i} '{}': yfov {:.1}°{aspect}, at {}",
+                camera.name,
+                camera.yfov.to_degrees(),
+                metres(position_w.truncate()),
+            ),
+        );
+    }
+    row("bounds", bounds(scene));
+    let hash: String = scene.hash.iter().map(|b| format!("{b:02x}")).collect();
+    row("hash", hash);
+    for warning in &scene.warnings {
+        row("warning", warning.clone());
+    }
+    text
+}
+
+fn lights(scene: &Scene) -> String {
+    let count = |is: fn(&Light) -> bool| scene.lights.iter().filter(|l| is(l)).count();
+    let emissive = scene.triangles.iter().filter(|t| {
+        let material = scene.materials.get(t.material as usize);
+        material.is_some_and(|m| m.emission.max_element() > 0.0)
+    });
+    format!(
+        "{} point, {} spot, {} directional, {} emissive triangles",
+        count(|l| matches!(l, Light::Point { .. })),
+        count(|l| matches!(l, Light::Spot { .. })),
+        count(|l| matches!(l, Light::Directional { .. })),
+        emissive.count(),
+    )
+}
+
+fn bounds(scene: &Scene) -> String {
+    if scene.vertices.is_empty() {
+        return "nothing".into();
+    }
+    let positions_w = || scene.vertices.iter().map(|v| v.position_w);
+    let low = positions_w().fold(Vec3::INFINITY, Vec3::min);
+    let high = positions_w().fold(Vec3::NEG_INFINITY, Vec3::max);
+    format!("{} to {}", metres(low), metres(high))
+}
+
+fn metres(point_w: Vec3) -> String {
+    format!("({}, {}, {}) m", point_w.x, point_w.y, point_w.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Camera, Material, Triangle, Vertex};
+
+    #[test]
+    fn counts() {
+        let vertex = |x| Vertex {
+            position_w: Vec3::new(x, -x, 0.5),
+            ..Vertex::default()
+        };
+        let glowing = Material {
+            emission: Vec3::new(0.0, 2.0, 0.0),
+            ..Material::default()
+        };
+        let triangle = |material| Triangle {
+            vertices: [0, 1, 2],
+            material,
+        };
+        let scene = Scene {
+            vertices: [1.0, 2.0, 3.0].map(vertex).into(),
+            triangles: [0, 1, 1].map(triangle).into(),
+            materials: vec![Material::default(), glowing],
+            lights: vec![Light::Point {
+                position_w: Vec3::ZERO,
+                intensity: Vec3::ONE,
+            }],
+            cameras: vec![Camera {
+                name: "Main".into(),
+                world_from_camera: glam::Mat4::from_translation(Vec3::Y),
+                yfov: std::f32::consts::FRAC_PI_2,
+                aspect: Some(1.5),
+            }],
+            warnings: vec!["/nodes/0: skin".into()],
+            ..Scene::default()
+        };
+        let text = summary(&scene);
+        for line in [
+            "triangles  3",
+            "materials  2",
+            "lights     1 point, 0 spot, 0 directional, 2 emissive triangles",
+            "cameras    0 'Main': yfov 90.0°, aspect 1.500, at (0, 1, 0) m",
+            "bounds     (1, -3, 0.5) m to (3, -1, 0.5) m",
+            "warning    /nodes/0: skin",
+        ] {
+            assert!(text.lines().any(|l| l == line), "{line} not in\n{text}");
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! The command line: one file per subcommand.
+
+mod args;
+pub mod doctor;
+mod info;
+mod interrupt;
+mod progress;
+mod render;
+
+pub use args::{Cli, Command, RenderArgs};
+
+use crate::{Error, Result};
+
+/// How a command that did not fail ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    Done,
+    /// By Ctrl-C or a signal to end; the image so far is written.
+    Interrupted,
+}
+
+/// Runs one command.
+///
+/// # Errors
+/// Whatever kept it from being done, in words for the user.
+pub fn run(cli: &Cli) -> Result<Outcome> {
+    match &cli.command {
+        Command::Render(args) => render::run(args),
+        Command::Info { scene } => info::run(scene).map(|()| Outcome::Done),
+        Command::Doctor => doctor::run().map(|()| Outcome::Done),
+    }
+}
+
+/// The process exit code: 0 done, 1 failed, 2 usage, 130 interrupted.
+pub fn exit_code(result: &Result<Outcome>) -> u8 {
+    match result {
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::Interrupted) => 130,
+        Err(Error::Option { .. }) => 2,
+        Err(_) => 1,
+    }
+}

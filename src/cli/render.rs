@@ -1,0 +1,183 @@
+//! `lightfall render`.
+
+use super::{
+    Outcome, RenderArgs, interrupt,
+    progress::{Limit, Progress, Status, print_json},
+};
+use crate::{
+    Error, Result,
+    gpu::{Gpu, OpenOptions},
+    image::{check_output, read_picture, write},
+    render::Renderer,
+    scene,
+};
+use serde_json::{Map, Value, json};
+use std::{io::Write, time::Duration};
+
+/// When neither `--iterations` nor `--time` is given; the help names it.
+const DEFAULT_TIME: Duration = Duration::from_secs(60);
+
+/// Renders until the limit or an interrupt and writes all outputs.
+pub fn run(args: &RenderArgs) -> Result<Outcome> {
+    // What can fail fast fails before anything slow.
+    for output in &args.outputs {
+        check_output(output)?;
+    }
+    let resumed = args.resume.as_deref().map(read_picture).transpose()?;
+    let scene = scene::load(&args.scene)?;
+    for warning in &scene.warnings {
+        say(args, &format!("warning: {warning}"));
+    }
+    let gpu = Gpu::open(&OpenOptions {
+        device: args.device.as_deref(),
+        validate: args.validate,
+    })?;
+    let device = &gpu.info().name;
+    let triangles = scene.triangles.len();
+    say(
+        args,
+        &format!(
+            "{}: {triangles} triangles on {device}",
+            args.scene.display()
+        ),
+    );
+    let mut renderer = Renderer::new(&gpu, &scene, &args.settings)?;
+    if let Some(picture) = &resumed {
+        renderer.resume(picture)?;
+    }
+    if args.json {
+        print_json(&json!({
+            "event": "start",
+            "scene": args.scene.display().to_string(),
+            "triangles": triangles,
+            "warnings": scene.warnings,
+            "device": device,
+            "iterations": renderer.iterations(),
+        }));
+    }
+
+    // Only now: until here there is no image to save, and Ctrl-C may end the program as usual.
+    interrupt::watch()?;
+    let limit = Limit {
+        iterations: args.iterations,
+        time: match args.iterations {
+            None => args.time.or(Some(DEFAULT_TIME)),
+            Some(_) => args.time,
+        },
+    };
+    let mut progress = Progress::start(limit, &renderer, args.quiet, args.json);
+    while !progress.limit_reached(&renderer) && !interrupt::requested() {
+        renderer.iterate()?;
+        progress.update(&renderer)?;
+    }
+    progress.finish();
+
+    let interrupted = !progress.limit_reached(&renderer);
+    if renderer.iterations() == 0 {
+        return Ok(Outcome::Interrupted);
+    }
+    let status = progress.status(&renderer)?;
+    let before = resumed.map_or(0.0, |picture| picture.metadata.seconds);
+    save(args, &renderer, before + status.elapsed.as_secs_f64())?;
+    report(args, &renderer, &status, interrupted);
+
+    let messages = gpu.validation_messages();
+    for message in &messages {
+        complain(message);
+    }
+    if args.validate && !messages.is_empty() {
+        return Err(Error::Device {
+            device: device.clone(),
+            fault: format!(
+                "{} messages of the validation layer, see above",
+                messages.len()
+            ),
+        });
+    }
+    Ok(if interrupted {
+        Outcome::Interrupted
+    } else {
+        Outcome::Done
+    })
+}
+
+/// Writes every output that can be written, so that one full disk does not cost the others; the
+/// first failure is returned.
+fn save(args: &RenderArgs, renderer: &Renderer, seconds: f64) -> Result<()> {
+    let mut picture = renderer.picture()?;
+    picture.metadata.seconds = seconds;
+    let mut result = Ok(());
+    for output in &args.outputs {
+        match write(output, &picture, &args.display) {
+            Ok(0) => {}
+            Ok(n) => say(
+                args,
+                &format!(
+                    "warning: {}: {n} values were not finite and are written as 0; please report this",
+                    output.display()
+                ),
+            ),
+            Err(error) if result.is_ok() => result = Err(error),
+            Err(error) => complain(&format!("error: {error}")),
+        }
+    }
+    result
+}
+
+/// The last words: on stderr for people, one object on stdout for programs.
+fn report(args: &RenderArgs, renderer: &Renderer, status: &Status, interrupted: bool) {
+    let timings = if args.timings {
+        renderer.timings()
+    } else {
+        Vec::new()
+    };
+    let ledger = if args.settings.ledger {
+        renderer.ledger()
+    } else {
+        Vec::new()
+    };
+    let seconds = status.elapsed.as_secs_f64();
+    let verb = if interrupted {
+        "interrupted after"
+    } else {
+        "done in"
+    };
+    say(args, &format!("{verb} {seconds:.1} s: {}", status.text()));
+    for (pass, ms) in &timings {
+        let share = ms / seconds.max(1e-9) / 10.0;
+        say(args, &format!("{pass:24} {ms:12.1} ms {share:6.1} %"));
+    }
+    for (name, count) in &ledger {
+        say(args, &format!("{name:24} {count:15}"));
+    }
+    if args.json {
+        let mut end = status.json(if interrupted { "interrupted" } else { "done" });
+        // Through display: a path that is not UTF-8 has no JSON.
+        let outputs = args.outputs.iter().map(|o| o.display().to_string());
+        end["outputs"] = outputs.collect();
+        if args.timings {
+            let pairs = timings
+                .into_iter()
+                .map(|(pass, ms)| (pass.to_string(), json!(ms)));
+            end["timings_ms"] = Value::Object(Map::from_iter(pairs));
+        }
+        if !ledger.is_empty() {
+            let pairs = ledger
+                .into_iter()
+                .map(|(name, n)| (name.to_string(), json!(n)));
+            end["ledger"] = Value::Object(Map::from_iter(pairs));
+        }
+        print_json(&end);
+    }
+}
+
+fn say(args: &RenderArgs, line: &str) {
+    if !args.quiet {
+        complain(line);
+    }
+}
+
+/// A line on stderr; where that is closed, nobody listens.
+fn complain(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
