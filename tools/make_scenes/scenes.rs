@@ -136,7 +136,8 @@ pub fn water() -> Shape {
     )
 }
 
-/// A tumbler before a mirror. A card hides its caustic from the camera: only the mirror shows it.
+/// A tumbler and a ball before a mirror. A card hides their caustics from the camera: only the mirror
+/// shows them.
 pub fn glass_mirror() -> Vec<u8> {
     let mut glb = Glb::default();
     let plaster = glb.material(diffuse("plaster", WHITE));
@@ -155,9 +156,11 @@ pub fn glass_mirror() -> Vec<u8> {
     let card = Shape::default().cuboid(dvec3(-0.3, 0.001, 0.25), dvec3(0.3, 0.2, 0.255), 1.0);
     glb.put("card", &card, paper);
     glb.put("tumbler", &tumbler(), glass);
-    // 5 cm wide, turned towards the tumbler.
-    let position = dvec3(0.14, 0.55, -0.45);
-    let forward = (dvec3(0.0, 0.05, 0.0) - position).normalize();
+    let ball = glb.geometry(&Shape::sphere(4));
+    glb.place("ball", ball, glass, 0.04, dvec3(-0.11, 0.0401, -0.06));
+    // 5 cm wide, turned towards the glass from the side, out of sight.
+    let position = dvec3(0.45, 0.45, -0.2);
+    let forward = (dvec3(-0.05, 0.05, 0.0) - position).normalize();
     let side = forward.cross(DVec3::Y).normalize() * 0.05;
     let up = side.cross(forward);
     let panel = Shape::default().quad(position - (side + up) / 2.0, up, side);
