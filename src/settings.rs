@@ -79,7 +79,6 @@ pub struct Settings {
     pub ledger: bool,
 }
 
-
 const AUTO: &str = "auto";
 
 /// What [`Settings::technique`] may say.
