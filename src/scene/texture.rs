@@ -119,6 +119,9 @@ impl<'a, 'b> Textures<'a, 'b> {
                         Some(self.images.len() as u32 - 1)
                     }
                     Err(fault) => {
+                        // The fault may name the path itself.
+                        let prefix = format!("{}/uri: ", image.path());
+                        let fault = fault.strip_prefix(&prefix).unwrap_or(&fault);
                         warnings.add(image.path(), &format!("texture left out: {fault}"));
                         None
                     }
