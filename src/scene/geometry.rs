@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::accessor::Asset;
+use super::asset::Asset;
 use super::json::{Checked, Json};
 use super::node::{MAX_COORDINATE, Node};
 use super::primitive::{self, Attributes, Primitive};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::accessor::Asset;
+use super::asset::Asset;
 use super::container::{self, Resources};
 use super::json::{Checked, Json};
 use super::node::{self, Node};

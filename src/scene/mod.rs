@@ -4,6 +4,7 @@
 //! ranges that glTF gives them. Later rooms rely on that and check nothing again.
 
 mod accessor;
+mod asset;
 mod container;
 mod extensions;
 mod geometry;

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
-use super::accessor::{Accessor, Asset, Component};
+use super::accessor::{Accessor, Component};
+use super::asset::Asset;
 use super::json::{Checked, Json};
 use super::tangent::add_tangents;
 use super::warnings::Warnings;

@@ -6,7 +6,7 @@ use std::io::Cursor;
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 
-use super::accessor::Asset;
+use super::asset::Asset;
 use super::container::Resources;
 use super::json::{Checked, Json};
 use super::warnings::Warnings;

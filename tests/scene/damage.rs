@@ -128,7 +128,7 @@ fn the_hash_covers_external_files() {
     assert_ne!(hash(&document), before);
 }
 
-/// Every cut and many single-byte changes of a document with all kinds of data: any outcome, no
+/// Many cuts and many single-byte changes of a document with all kinds of data: any outcome, no
 /// panic, and only finite numbers.
 #[test]
 fn no_damage_makes_it_panic() {
@@ -151,11 +151,11 @@ fn no_damage_makes_it_panic() {
             }
         }
     };
-    for cut in 0..whole.len() {
+    for cut in (0..whole.len()).step_by(3) {
         attempt(&whole[..cut]);
     }
     let mut state = 1u64;
-    for _ in 0..5_000 {
+    for _ in 0..2_000 {
         let mut bytes = whole.clone();
         for _ in 0..3 {
             state = state
