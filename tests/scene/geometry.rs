@@ -232,3 +232,19 @@ fn indices_of_all_widths() {
         assert_eq!(found, [Vec3::Y, Vec3::ZERO, Vec3::X], "{kind}");
     }
 }
+
+#[test]
+fn every_sparse_element_is_found() {
+    let mut document = Document::triangle();
+    let indices = document.view(&[0, 1, 2]);
+    let corners_w = [[4f32, 0., 0.], [5., 0., 0.], [4., 6., 0.]];
+    let bytes: Vec<u8> = corners_w
+        .iter()
+        .flatten()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let values = document.view(&bytes);
+    document.json["accessors"][0]["sparse"] = json!({"count": 3, "values": {"bufferView": values},
+        "indices": {"bufferView": indices, "componentType": 5121}});
+    assert_eq!(corners(&document.load(), 0).0, corners_w.map(Vec3::from));
+}
