@@ -1,59 +1,383 @@
-//! The renderer: its face towards the command line, until the techniques move in.
+//! Settings and a scene become iterations, and iterations a picture.
 
-use crate::{Error, Result, gpu::Gpu, image::Picture, scene::Scene, settings::Settings};
+mod radius;
 
-/// Per-iteration radii [m] of the two photon maps.
+use crate::film::Film;
+use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Ptr, Timings};
+use crate::image::{Metadata, Picture};
+use crate::photons::Photons;
+use crate::scene::{Camera, Scene};
+use crate::settings::{Evaluate, Settings, Switch, Trace};
+use crate::shared::{Counters, Frame};
+use crate::technique::{TECHNIQUES, Technique};
+use crate::view::{View, camera_frame};
+use crate::world::{World, check_size};
+use crate::{Error, Result};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+pub use radius::shrink;
+
+/// Radii [m] of one iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radii {
     pub global: f32,
     pub caustic: f32,
 }
 
-/// What became of the light paths: a name and a count each.
+/// What became of the light paths, over all iterations: names and counts. Paths: emitted = absorbed
+/// + escaped + terminated + too long. Photons: met a diffuse surface = stored + culled + rejected.
 pub type Ledger = Vec<(&'static str, u64)>;
 
-/// A render in progress.
-pub struct Renderer;
+/// What all techniques share: the scene, camera paths, light paths and the film.
+pub struct Engine {
+    pub gpu: Gpu,
+    pub world: World,
+    pub view: View,
+    pub photons: Photons,
+    pub film: Film,
+    /// Of the iteration under way.
+    pub frame: Buffer<Frame>,
+    frame_data: Frame,
+    /// Squares [m²] of the caustic and the global radius of the first iteration.
+    first_radius2: [f64; 2],
+    alpha: f64,
+    pub reservoir: u32,
+    /// Evaluate a few of the photons found instead of all.
+    pub stochastic: bool,
+    timings: Timings,
+    ledger: Counters64,
+    grown: bool,
+}
 
-fn absent<T>() -> Result<T> {
-    Err(Error::NoDevice("this build has no technique yet".into()))
+/// Sums of [`Counters`] over iterations.
+#[derive(Default)]
+struct Counters64 {
+    emitted: u64,
+    stored: u64,
+    caustic: u64,
+    culled: u64,
+    rejected: u64,
+    absorbed: u64,
+    escaped: u64,
+    terminated: u64,
+    too_long: u64,
+    regrown: u64,
+}
+
+impl Engine {
+    /// Camera paths, then light paths, repeated with larger buffers until no photon is lost. Returns
+    /// how many photons the caustic and the global map hold.
+    pub fn trace_paths(&mut self) -> Result<[u32; 2]> {
+        let paths = self.frame_data.paths;
+        loop {
+            self.frame_data.capacity = self.photons.capacity() as u32;
+            self.gpu.write(&self.frame, 0, &[self.frame_data])?;
+            let mut commands = self.gpu.commands()?;
+            self.view.record(&mut commands, &self.world, &self.frame);
+            if self.frame_data.cull != 0 {
+                self.photons.record_cull(&mut commands, &self.view, &self.frame);
+            }
+            let (counters, timings) = self.photons.emit(&self.gpu, commands, &self.world, &self.frame, paths)?;
+            self.add_timings(timings);
+            if counters.photons as usize <= self.photons.capacity() {
+                self.ledger.add(paths, &counters);
+                return Ok([counters.caustic_photons, counters.photons - counters.caustic_photons]);
+            }
+            self.photons.grow(&self.gpu, counters.photons)?;
+            self.ledger.regrown += 1;
+            self.grown = true;
+        }
+    }
+
+    /// Puts the photons in order; returns their indices.
+    pub fn record_sort(&self, commands: &mut Commands, counts: [u32; 2]) -> Ptr<u32> {
+        let count = counts[0] + counts[1];
+        self.photons.record_sort(commands, &self.world, &self.frame, self.frame_data.paths, count).ptr()
+    }
+
+    /// Adds the iteration to the film.
+    pub fn record_film(&self, commands: &mut Commands) {
+        self.film.record(commands, &self.view, &self.frame);
+    }
+
+    /// Runs the rest of the iteration.
+    pub fn finish(&mut self, commands: Commands) -> Result<()> {
+        let timings = commands.submit()?;
+        self.add_timings(timings);
+        Ok(())
+    }
+
+    fn add_timings(&mut self, timings: Timings) {
+        for (name, ms) in timings {
+            match self.timings.iter_mut().find(|(n, _)| *n == name) {
+                Some((_, total)) => *total += ms,
+                None => self.timings.push((name, ms)),
+            }
+        }
+    }
+
+    fn begin(&mut self, iteration: u64) {
+        self.frame_data.iteration = iteration as u32;
+        for map in 0..2 {
+            self.frame_data.radius[map] = shrink(self.first_radius2[map], self.alpha, iteration).sqrt() as f32;
+        }
+    }
+}
+
+impl Counters64 {
+    fn add(&mut self, paths: u32, c: &Counters) {
+        self.emitted += u64::from(paths);
+        for (sum, n) in [
+            (&mut self.stored, c.photons),
+            (&mut self.caustic, c.caustic_photons),
+            (&mut self.culled, c.culled),
+            (&mut self.rejected, c.rejected),
+            (&mut self.absorbed, c.absorbed),
+            (&mut self.escaped, c.escaped),
+            (&mut self.terminated, c.terminated),
+            (&mut self.too_long, c.too_long),
+        ] {
+            *sum += u64::from(n);
+        }
+    }
+}
+
+/// A render under way.
+pub struct Renderer {
+    engine: Engine,
+    technique: Box<dyn Technique>,
+    settings: String,
+    scene_hash: [u8; 32],
+    seed: u64,
+    iterations: u64,
+    /// Of iterations before a resume.
+    seconds_before: f64,
+    busy: Duration,
 }
 
 impl Renderer {
-    pub fn new(_gpu: &Gpu, _scene: &Scene, _settings: &Settings) -> Result<Self> {
-        absent()
+    /// Uploads the scene and chooses what the settings leave open.
+    ///
+    /// # Errors
+    /// Settings that the scene or the device cannot follow; out of device memory.
+    pub fn new(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Result<Self> {
+        check_size(scene, &gpu.info().name)?;
+        let trace = choose_trace(gpu, settings.trace)?;
+        let camera = choose_camera(scene, settings.camera.as_deref())?;
+        let size = settings.size.unwrap_or_else(|| default_size(camera));
+        let paths = settings.photons.unwrap_or_else(|| default_paths(gpu));
+        let max_depth = settings.max_depth;
+
+        let world = World::new(gpu, scene, trace)?;
+        let view = View::new(gpu, &world, size)?;
+        let photons = Photons::new(gpu, &world, paths, max_depth, settings.ledger)?;
+        let film = Film::new(gpu, &view)?;
+        let frame_data = Frame {
+            seed: (settings.seed ^ settings.seed >> 32) as u32,
+            paths,
+            max_depth,
+            reject: settings.reject,
+            cull: u32::from(settings.cull == Switch::On),
+            ..camera_frame(camera, size)
+        };
+        let mut engine = Engine {
+            gpu: gpu.clone(),
+            frame: gpu.upload("frame", &[frame_data])?,
+            frame_data,
+            first_radius2: [1.0; 2],
+            alpha: f64::from(settings.alpha),
+            reservoir: settings.reservoir,
+            stochastic: settings.evaluate == Evaluate::Stochastic,
+            timings: Timings::new(),
+            ledger: Counters64::default(),
+            grown: false,
+            world,
+            view,
+            photons,
+            film,
+        };
+        engine.first_radius2 = radius::first_radii(&mut engine, settings)?.map(|r| f64::from(r) * f64::from(r));
+        let row = TECHNIQUES
+            .iter()
+            .find(|row| settings.technique == row.name)
+            .unwrap_or(&TECHNIQUES[0]);
+        let technique = (row.build)(&engine)?;
+        Ok(Self {
+            settings: canonical(settings, &engine, row.name),
+            engine,
+            technique,
+            scene_hash: scene.hash,
+            seed: settings.seed,
+            iterations: 0,
+            seconds_before: 0.0,
+            busy: Duration::ZERO,
+        })
     }
-    /// Goes on from `picture`; refuses another scene's, or one of other settings.
-    pub fn resume(&mut self, _picture: &Picture) -> Result<()> {
-        absent()
-    }
-    pub fn iterate(&mut self) -> Result<()> {
-        absent()
-    }
-    pub fn iterations(&self) -> u64 {
-        0
-    }
-    pub fn photons_emitted(&self) -> u64 {
-        0
-    }
-    pub fn radii(&self) -> Radii {
-        Radii {
-            global: 0.0,
-            caustic: 0.0,
+
+    /// Goes on from a saved picture.
+    ///
+    /// # Errors
+    /// The picture is of another scene or other settings, or lacks the layers to go on from.
+    pub fn resume(&mut self, picture: &Picture) -> Result<()> {
+        let refuse = |fault: String| Err(Error::image(Path::new("--resume"), fault));
+        let saved = &picture.metadata;
+        if saved.scene_hash != self.scene_hash {
+            return refuse("the image was rendered from another scene".into());
         }
+        if saved.seed != self.seed || saved.settings != self.settings {
+            return refuse(format!(
+                "the image was rendered with other settings: {} (seed {}), now {} (seed {})",
+                saved.settings, saved.seed, self.settings, self.seed
+            ));
+        }
+        self.engine.film.restore(&self.engine.gpu, &picture.layers)?;
+        self.iterations = saved.iterations;
+        self.seconds_before = saved.seconds;
+        Ok(())
     }
-    /// Relative standard error of the image's mean.
+
+    /// One iteration.
+    pub fn iterate(&mut self) -> Result<()> {
+        let start = Instant::now();
+        self.engine.begin(self.iterations);
+        self.technique.iterate(&mut self.engine)?;
+        self.iterations += 1;
+        self.busy += start.elapsed();
+        Ok(())
+    }
+
+    /// Iterations in the picture.
+    pub fn iterations(&self) -> u64 {
+        self.iterations
+    }
+
+    /// Light paths since the start of this process.
+    pub fn photons_emitted(&self) -> u64 {
+        self.engine.ledger.emitted
+    }
+
+    /// Of the next iteration.
+    pub fn radii(&self) -> Radii {
+        let [caustic, global] = self
+            .engine
+            .first_radius2
+            .map(|r2| shrink(r2, self.engine.alpha, self.iterations).sqrt() as f32);
+        Radii { global, caustic }
+    }
+
+    /// Relative standard error of the picture (see [`Film::noise`]).
     pub fn noise(&self) -> Result<f64> {
-        absent()
+        self.engine.film.noise(&self.engine.gpu, self.iterations)
     }
+
+    /// All layers so far.
     pub fn picture(&self) -> Result<Picture> {
-        absent()
+        let [width, height] = self.engine.view.size;
+        let radii = self.radii();
+        Ok(Picture {
+            width,
+            height,
+            layers: self.engine.film.layers(&self.engine.gpu, self.iterations)?,
+            metadata: Metadata {
+                scene_hash: self.scene_hash,
+                settings: self.settings.clone(),
+                seed: self.seed,
+                iterations: self.iterations,
+                radius_global: radii.global,
+                radius_caustic: radii.caustic,
+                device: format!("{}, {}", self.engine.gpu.info().name, self.engine.gpu.info().driver),
+                version: env!("CARGO_PKG_VERSION").into(),
+                seconds: self.seconds_before + self.busy.as_secs_f64(),
+            },
+        })
     }
-    /// Time [ms] that each pass took in all.
-    pub fn timings(&self) -> crate::gpu::Timings {
-        crate::gpu::Timings::new()
+
+    /// Passes with their total time [ms] on the device, and what the host added.
+    pub fn timings(&self) -> Timings {
+        let mut timings = self.engine.timings.clone();
+        let device: f64 = timings.iter().map(|(_, ms)| ms).sum();
+        timings.push(("host", (self.busy.as_secs_f64() * 1e3 - device).max(0.0)));
+        timings
     }
-    pub fn ledger(&self) -> Option<Ledger> {
-        None
+
+    /// What became of the light paths; counted only where the settings ask for it.
+    pub fn ledger(&self) -> Ledger {
+        let l = &self.engine.ledger;
+        vec![
+            ("emitted", l.emitted),
+            ("absorbed", l.absorbed),
+            ("escaped", l.escaped),
+            ("terminated by roulette", l.terminated),
+            ("too long", l.too_long),
+            ("stored", l.stored),
+            ("stored, caustic", l.caustic),
+            ("culled", l.culled),
+            ("rejected", l.rejected),
+            ("iterations repeated with larger buffers", l.regrown),
+        ]
     }
+}
+
+/// Ray queries where the device traces rays in hardware; a CPU device's are slower than our tree.
+fn choose_trace(gpu: &Gpu, wish: Trace) -> Result<Trace> {
+    let info = gpu.info();
+    match wish {
+        Trace::Query if !info.caps.ray_query => Err(Error::Device {
+            device: info.name.clone(),
+            fault: "no ray queries here (VK_KHR_ray_query); use --trace software".into(),
+        }),
+        Trace::Auto if info.caps.ray_query && info.kind != DeviceKind::Cpu => Ok(Trace::Query),
+        Trace::Auto => Ok(Trace::Software),
+        wish => Ok(wish),
+    }
+}
+
+fn choose_camera<'a>(scene: &'a Scene, wish: Option<&str>) -> Result<&'a Camera> {
+    let Some(wish) = wish else {
+        return scene.cameras.first().ok_or(Error::Option {
+            option: "--camera",
+            fault: "the scene has no camera".into(),
+        });
+    };
+    let by_index = wish.parse().ok().and_then(|i: usize| scene.cameras.get(i));
+    by_index.or_else(|| scene.cameras.iter().find(|c| c.name == wish)).ok_or_else(|| Error::Option {
+        option: "--camera",
+        fault: format!(
+            "no camera {wish}; the scene has {}",
+            scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} ({})", c.name)).collect::<Vec<_>>().join(", ")
+        ),
+    })
+}
+
+fn default_size(camera: &Camera) -> [u32; 2] {
+    const WIDTH: f32 = 1024.0;
+    let aspect = camera.aspect.unwrap_or(16.0 / 9.0).clamp(1.0 / 16.0, 16.0);
+    [WIDTH as u32, (WIDTH / aspect).round() as u32]
+}
+
+fn default_paths(gpu: &Gpu) -> u32 {
+    match gpu.info().kind {
+        DeviceKind::Cpu => 100_000,
+        _ => 1_000_000,
+    }
+}
+
+/// Everything that changes the expected image or its random numbers, in one line.
+fn canonical(settings: &Settings, engine: &Engine, technique: &str) -> String {
+    let frame = &engine.frame_data;
+    let [caustic, global] = engine.first_radius2.map(f64::sqrt);
+    format!(
+        "technique {technique} size {}x{} camera {} photons {} depth {} radius {global:e} caustic {caustic:e} alpha {} cull {} evaluate {} reservoir {} reject {}",
+        frame.size[0],
+        frame.size[1],
+        settings.camera.as_deref().unwrap_or("0"),
+        frame.paths,
+        frame.max_depth,
+        settings.alpha,
+        frame.cull,
+        if engine.stochastic { "stochastic" } else { "full" },
+        settings.reservoir,
+        settings.reject,
+    )
 }

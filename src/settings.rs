@@ -3,6 +3,7 @@
 //! The structs double as the command line's definition, so that an option, its range, its default
 //! and its help text are written once.
 
+use crate::technique::TECHNIQUES;
 use clap::ValueEnum;
 
 /// The longest image edge [px] that can be asked for.
@@ -36,9 +37,9 @@ pub struct Settings {
     #[arg(long, value_name = "N", default_value_t = Settings::default().seed)]
     pub seed: u64,
 
-    /// Most surface events on a camera path, and on a light path
+    /// Edges of a path from the eye to the light at most, 1 to 64; 2 is direct light
     #[arg(long, value_name = "N", default_value_t = Settings::default().max_depth,
-          value_parser = clap::value_parser!(u32).range(1..=1000))]
+          value_parser = clap::value_parser!(u32).range(1..=64))]
     pub max_depth: u32,
 
     /// What traces the rays: the device's ray queries, or lightfall's own BVH in compute shaders
@@ -47,7 +48,7 @@ pub struct Settings {
 
     /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length
     #[arg(long, default_value_t = Settings::default().technique,
-          value_parser = clap::builder::PossibleValuesParser::new(TECHNIQUES))]
+          value_parser = clap::builder::PossibleValuesParser::new(technique_names()))]
     pub technique: String,
 
     /// Store only photons that lie in a hash cell near a view sample
@@ -60,7 +61,7 @@ pub struct Settings {
 
     /// Photons that the reservoir of `--evaluate stochastic` keeps
     #[arg(long, value_name = "K", default_value_t = Settings::default().reservoir,
-          value_parser = clap::value_parser!(u32).range(1..=16))]
+          value_parser = clap::value_parser!(u32).range(1..=8))]
     pub reservoir: u32,
 
     /// Probability of rejecting a global photon, 0 ≤ PROB < 1; those kept carry more
@@ -72,10 +73,19 @@ pub struct Settings {
     /// (Knaus & Zwicker 2011)
     #[arg(long, default_value_t = Settings::default().alpha, value_parser = parse_alpha)]
     pub alpha: f32,
+
+    /// Count what becomes of every light path and photon
+    #[arg(long)]
+    pub ledger: bool,
 }
 
+
+const AUTO: &str = "auto";
+
 /// What [`Settings::technique`] may say.
-pub const TECHNIQUES: [&str; 2] = ["auto", "rtpm"];
+fn technique_names() -> impl Iterator<Item = &'static str> {
+    std::iter::once(AUTO).chain(TECHNIQUES.iter().map(|row| row.name))
+}
 
 impl Default for Settings {
     fn default() -> Self {
@@ -88,12 +98,13 @@ impl Default for Settings {
             seed: 0,
             max_depth: 12,
             trace: Trace::Auto,
-            technique: TECHNIQUES[0].into(),
+            technique: AUTO.into(),
             cull: Switch::Auto,
             evaluate: Evaluate::Auto,
             reservoir: 3,
             reject: 0.0,
             alpha: 2.0 / 3.0,
+            ledger: false,
         }
     }
 }

@@ -401,7 +401,6 @@ shared_structs! {
     struct PhotonKeysPush {
         frame: Ptr<Frame>,
         photons: Ptr<Photon>,
-        path_photons: Ptr<u32>,
         path_offsets: Ptr<u32>,
         path_slots: Ptr<u32>,
         keys: Ptr<u32>,

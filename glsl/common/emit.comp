@@ -33,7 +33,10 @@ float shading_ratio(Surface s) {
 void main() {
     Frame frame = push.frame.at[0];
     uint path = thread_index();
-    if (path >= frame.paths) return;
+    if (path >= frame.paths) {
+        if (path == frame.paths) push.path_photons.at[path] = 0u;
+        return;
+    }
     World world = push.world.at[0];
     Rng rng = Rng(frame.seed, frame.iteration, path, STREAM_PHOTON);
 

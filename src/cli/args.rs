@@ -75,9 +75,6 @@ pub struct RenderArgs {
     #[arg(long)]
     pub timings: bool,
 
-    /// Print what became of the light paths
-    #[arg(long)]
-    pub ledger: bool,
 
     /// Print nothing but errors
     #[arg(long)]

@@ -131,7 +131,11 @@ fn report(args: &RenderArgs, renderer: &Renderer, status: &Status, interrupted: 
     } else {
         Vec::new()
     };
-    let ledger = if args.ledger { renderer.ledger() } else { None };
+    let ledger = if args.settings.ledger {
+        renderer.ledger()
+    } else {
+        Vec::new()
+    };
     let seconds = status.elapsed.as_secs_f64();
     let verb = if interrupted {
         "interrupted after"
@@ -143,7 +147,7 @@ fn report(args: &RenderArgs, renderer: &Renderer, status: &Status, interrupted: 
         let share = ms / seconds.max(1e-9) / 10.0;
         say(args, &format!("{pass:24} {ms:12.1} ms {share:6.1} %"));
     }
-    for (name, count) in ledger.iter().flatten() {
+    for (name, count) in &ledger {
         say(args, &format!("{name:24} {count:15}"));
     }
     if args.json {
@@ -157,7 +161,7 @@ fn report(args: &RenderArgs, renderer: &Renderer, status: &Status, interrupted: 
                 .map(|(pass, ms)| (pass.to_string(), json!(ms)));
             end["timings_ms"] = Value::Object(Map::from_iter(pairs));
         }
-        if let Some(ledger) = ledger {
+        if !ledger.is_empty() {
             let pairs = ledger
                 .into_iter()
                 .map(|(name, n)| (name.to_string(), json!(n)));

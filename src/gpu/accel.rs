@@ -3,40 +3,17 @@
 use std::sync::Arc;
 
 use ash::{khr, vk};
-use bytemuck::{Pod, Zeroable};
 use gpu_allocator::MemoryLocation;
 
-use super::buffer::{Ptr, RawBuffer};
+use super::buffer::Ptr;
 use super::commands::Commands;
 use super::device::{Gpu, Shared};
+use super::geometry::{self, Instance, PackedInstance, TriangleGeometry};
+use super::memory::RawBuffer;
 use crate::Result;
 
 /// What vkCmdUpdateBuffer takes at once.
 const UPDATE_BYTES: usize = 65536;
-
-/// Triangles of a [`Blas`]; in shaders a geometry index.
-#[derive(Debug, Clone, Copy)]
-pub struct TriangleGeometry {
-    /// Three positions per triangle, not indexed; the caller keeps the buffer alive.
-    pub positions: Ptr<[f32; 3]>,
-    pub first_triangle: usize,
-    pub triangles: usize,
-    /// Hits are final: ray queries do not stop at candidates.
-    pub opaque: bool,
-}
-
-/// A place of a [`Blas`] or [`BoxBlas`] in a [`Tlas`], at the origin, unrotated.
-#[derive(Debug, Clone, Copy)]
-pub struct Instance {
-    pub blas_address: u64,
-    /// 24 bits; what shaders read as the custom index.
-    pub custom_index: u32,
-    pub mask: u8,
-    /// Rays that cull faces do not cull here.
-    pub facing_cull_disable: bool,
-    /// Counter-clockwise faces are front faces.
-    pub front_ccw: bool,
-}
 
 /// Triangles, ready to be traced.
 pub struct Blas {
@@ -89,16 +66,6 @@ struct RawAccel {
     scratch: Option<RawBuffer>,
 }
 
-/// An instance as Vulkan lays it out (VkAccelerationStructureInstanceKHR).
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct PackedInstance {
-    transform: [[f32; 4]; 3],
-    index_and_mask: u32,
-    offset_and_flags: u32,
-    blas_address: u64,
-}
-
 impl Gpu {
     /// Builds `geometries` and waits for it.
     ///
@@ -113,8 +80,8 @@ impl Gpu {
         let total = geometries.iter().map(|geometry| geometry.triangles).sum();
         check_count(shared, name, "triangles", total)?;
         let counts: Vec<_> = geometries.iter().map(|g| g.triangles as u32).collect();
-        let described: Vec<_> = geometries.iter().map(triangles).collect();
-        let info = build_info(
+        let described: Vec<_> = geometries.iter().map(geometry::triangles).collect();
+        let info = geometry::build_info(
             vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
             vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE,
             &described,
@@ -132,11 +99,11 @@ impl Gpu {
     /// Fails without ray query, and where the boxes are too many for the device or its memory.
     pub fn box_blas(&self, name: &'static str, max_boxes: usize) -> Result<BoxBlas> {
         check_count(&self.shared, name, "boxes", max_boxes)?;
-        let geometry = [boxes(Ptr::null())];
+        let described = [geometry::boxes(Ptr::null())];
         let raw = RawAccel::new(
             &self.shared,
             name,
-            &box_info(&geometry),
+            &geometry::box_info(&described),
             &[max_boxes as u32],
         )?;
         Ok(BoxBlas {
@@ -152,8 +119,13 @@ impl Gpu {
     pub fn tlas(&self, name: &'static str, max_instances: usize) -> Result<Tlas> {
         let shared = &self.shared;
         check_count(shared, name, "instances", max_instances)?;
-        let geometry = [instances(0)];
-        let raw = RawAccel::new(shared, name, &tlas_info(&geometry), &[max_instances as u32])?;
+        let described = [geometry::instances(0)];
+        let raw = RawAccel::new(
+            shared,
+            name,
+            &geometry::tlas_info(&described),
+            &[max_instances as u32],
+        )?;
         let instances = RawBuffer::new(
             shared,
             name,
@@ -182,8 +154,13 @@ impl Commands {
             return self.fail(format!("{name} holds {max_boxes} boxes, not {count}"));
         }
         self.hold(&blas.raw);
-        let geometry = [boxes(first_box)];
-        self.build(blas.name, &blas.raw, box_info(&geometry), &[count as u32]);
+        let described = [geometry::boxes(first_box)];
+        self.build(
+            blas.name,
+            &blas.raw,
+            geometry::box_info(&described),
+            &[count as u32],
+        );
     }
 
     /// Builds `instances` into `tlas`; none is allowed.
@@ -196,7 +173,7 @@ impl Commands {
         }
         self.hold(&tlas.raw);
         self.hold(&tlas.instances);
-        let packed: Vec<_> = places.iter().map(pack).collect();
+        let packed: Vec<_> = places.iter().map(geometry::pack).collect();
         let target = &tlas.instances;
         let chunks = bytemuck::cast_slice::<_, u8>(&packed).chunks(UPDATE_BYTES);
         for (chunk, at) in chunks.zip((0u64..).step_by(UPDATE_BYTES)) {
@@ -207,9 +184,14 @@ impl Commands {
                     .cmd_update_buffer(buffer, target.raw, at, chunk);
             });
         }
-        let geometry = [instances(target.address)];
+        let described = [geometry::instances(target.address)];
         let counts = [places.len() as u32];
-        self.build(tlas.name, &tlas.raw, tlas_info(&geometry), &counts);
+        self.build(
+            tlas.name,
+            &tlas.raw,
+            geometry::tlas_info(&described),
+            &counts,
+        );
     }
 
     /// Records the build of `info` into `accel`, which was made for at least these counts.
@@ -220,9 +202,11 @@ impl Commands {
         info: vk::AccelerationStructureBuildGeometryInfoKHR<'_>,
         counts: &[u32],
     ) {
-        let info = info
-            .dst_acceleration_structure(accel.raw)
-            .scratch_data(address(accel.scratch_address));
+        let info =
+            info.dst_acceleration_structure(accel.raw)
+                .scratch_data(vk::DeviceOrHostAddressKHR {
+                    device_address: accel.scratch_address,
+                });
         let ranges: Vec<_> = counts
             .iter()
             .map(|count| vk::AccelerationStructureBuildRangeInfoKHR {
@@ -336,103 +320,4 @@ fn check_count(shared: &Shared, name: &str, what: &str, count: usize) -> Result<
         )));
     }
     Ok(())
-}
-
-fn build_info<'a>(
-    ty: vk::AccelerationStructureTypeKHR,
-    flags: vk::BuildAccelerationStructureFlagsKHR,
-    geometries: &'a [vk::AccelerationStructureGeometryKHR<'a>],
-) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
-    vk::AccelerationStructureBuildGeometryInfoKHR::default()
-        .ty(ty)
-        .flags(flags)
-        .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
-        .geometries(geometries)
-}
-
-/// Photons are built anew each iteration and asked a few times, so building counts.
-fn box_info<'a>(
-    geometry: &'a [vk::AccelerationStructureGeometryKHR<'a>],
-) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
-    build_info(
-        vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
-        vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_BUILD,
-        geometry,
-    )
-}
-
-fn tlas_info<'a>(
-    geometry: &'a [vk::AccelerationStructureGeometryKHR<'a>],
-) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
-    build_info(
-        vk::AccelerationStructureTypeKHR::TOP_LEVEL,
-        vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE,
-        geometry,
-    )
-}
-
-fn triangles(geometry: &TriangleGeometry) -> vk::AccelerationStructureGeometryKHR<'static> {
-    let first = geometry.positions.offset(3 * geometry.first_triangle);
-    let data = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
-        .vertex_format(vk::Format::R32G32B32_SFLOAT)
-        .vertex_data(const_address(first.address()))
-        .vertex_stride(size_of::<[f32; 3]>() as u64)
-        .max_vertex((3 * geometry.triangles as u32).saturating_sub(1))
-        .index_type(vk::IndexType::NONE_KHR);
-    let flags = match geometry.opaque {
-        true => vk::GeometryFlagsKHR::OPAQUE,
-        false => vk::GeometryFlagsKHR::empty(),
-    };
-    vk::AccelerationStructureGeometryKHR::default()
-        .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
-        .geometry(vk::AccelerationStructureGeometryDataKHR { triangles: data })
-        .flags(flags)
-}
-
-/// A photon seen twice would shine twice: no duplicates.
-fn boxes(first: Ptr<[f32; 6]>) -> vk::AccelerationStructureGeometryKHR<'static> {
-    let data = vk::AccelerationStructureGeometryAabbsDataKHR::default()
-        .data(const_address(first.address()))
-        .stride(size_of::<[f32; 6]>() as u64);
-    vk::AccelerationStructureGeometryKHR::default()
-        .geometry_type(vk::GeometryTypeKHR::AABBS)
-        .geometry(vk::AccelerationStructureGeometryDataKHR { aabbs: data })
-        .flags(vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION)
-}
-
-fn instances(first: u64) -> vk::AccelerationStructureGeometryKHR<'static> {
-    let data =
-        vk::AccelerationStructureGeometryInstancesDataKHR::default().data(const_address(first));
-    vk::AccelerationStructureGeometryKHR::default()
-        .geometry_type(vk::GeometryTypeKHR::INSTANCES)
-        .geometry(vk::AccelerationStructureGeometryDataKHR { instances: data })
-}
-
-fn pack(instance: &Instance) -> PackedInstance {
-    use vk::GeometryInstanceFlagsKHR as Flags;
-    let mut flags = Flags::empty();
-    if instance.facing_cull_disable {
-        flags |= Flags::TRIANGLE_FACING_CULL_DISABLE;
-    }
-    if instance.front_ccw {
-        flags |= Flags::TRIANGLE_FRONT_COUNTERCLOCKWISE;
-    }
-    PackedInstance {
-        transform: [
-            [1.0, 0.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0, 0.0],
-            [0.0, 0.0, 1.0, 0.0],
-        ],
-        index_and_mask: (instance.custom_index & 0xff_ffff) | u32::from(instance.mask) << 24,
-        offset_and_flags: flags.as_raw() << 24,
-        blas_address: instance.blas_address,
-    }
-}
-
-fn const_address(device_address: u64) -> vk::DeviceOrHostAddressConstKHR {
-    vk::DeviceOrHostAddressConstKHR { device_address }
-}
-
-fn address(device_address: u64) -> vk::DeviceOrHostAddressKHR {
-    vk::DeviceOrHostAddressKHR { device_address }
 }

@@ -8,15 +8,13 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use gpu_allocator::MemoryLocation;
-use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
-use super::device::{Gpu, Shared};
+use super::device::Gpu;
+use super::memory::RawBuffer;
 use crate::Result;
 
 /// Bytes copied at once on devices whose memory the host does not see.
 const STAGING_BYTES: usize = 64 << 20;
-/// GLSL's default alignment of a buffer reference.
-const MIN_ALIGNMENT: u64 = 16;
 
 /// The device address of a `T` or the first of many; in GLSL a buffer reference.
 ///
@@ -32,16 +30,6 @@ pub struct Buffer<T> {
     of: PhantomData<fn() -> T>,
 }
 
-/// A Vulkan buffer with its memory.
-pub(super) struct RawBuffer {
-    shared: Arc<Shared>,
-    pub raw: vk::Buffer,
-    allocation: Option<Allocation>,
-    /// 0 where the usage has no SHADER_DEVICE_ADDRESS.
-    pub address: u64,
-    pub size: u64,
-}
-
 impl<T> Ptr<T> {
     pub const fn null() -> Self {
         Self(0, PhantomData)
@@ -55,6 +43,11 @@ impl<T> Ptr<T> {
 
     pub fn address(self) -> u64 {
         self.0
+    }
+
+    /// The same address, seen as values of another type.
+    pub fn cast<U>(self) -> Ptr<U> {
+        Ptr(self.0, PhantomData)
     }
 }
 
@@ -223,127 +216,30 @@ impl Gpu {
     }
 }
 
-impl RawBuffer {
-    pub fn new(
-        shared: &Arc<Shared>,
-        name: &str,
-        bytes: u64,
-        usage: vk::BufferUsageFlags,
-        location: MemoryLocation,
-    ) -> Result<Self> {
-        let allowed = shared.info.caps.max_allocation;
-        // vkCmdFillBuffer works in words.
-        let size = bytes
-            .checked_next_multiple_of(4)
-            .filter(|size| *size <= allowed);
-        let Some(size) = size else {
-            return Err(shared.error(format!(
-                "{name} needs {bytes} bytes, the device allows {allowed} in one buffer; use fewer \
-                 --photons or a smaller --size"
-            )));
+#[cfg(test)]
+mod tests {
+    use super::super::device::find;
+    use super::super::{Gpu, OpenOptions};
+    use super::STAGING_BYTES;
+
+    /// A device that hides its memory from the host, as discrete ones do.
+    #[test]
+    fn staging_moves_the_same_bytes() {
+        let options = OpenOptions {
+            device: None,
+            validate: true,
         };
-        let size = size.max(4);
-        let device = &shared.device;
-        let info = vk::BufferCreateInfo::default().size(size).usage(usage);
-        // SAFETY: valid info; the handles go into `buffer`, whose drop frees them on any failure.
-        unsafe {
-            let raw = device
-                .create_buffer(&info, None)
-                .map_err(shared.fault(&format!("vkCreateBuffer of {name}, {size} bytes")))?;
-            let mut buffer = Self {
-                shared: shared.clone(),
-                raw,
-                allocation: None,
-                address: 0,
-                size,
-            };
-            let mut requirements = device.get_buffer_memory_requirements(raw);
-            requirements.alignment = requirements.alignment.max(MIN_ALIGNMENT);
-            let allocation = shared.allocate(name, requirements, location, true)?;
-            let (memory, offset) = (allocation.memory(), allocation.offset());
-            buffer.allocation = Some(allocation);
-            device
-                .bind_buffer_memory(raw, memory, offset)
-                .map_err(shared.fault(&format!("vkBindBufferMemory of {name}")))?;
-            if usage.contains(vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS) {
-                let info = vk::BufferDeviceAddressInfo::default().buffer(raw);
-                buffer.address = device.get_buffer_device_address(&info);
-            }
-            Ok(buffer)
-        }
-    }
-
-    fn is_mapped(&self) -> bool {
-        self.mapped().is_some()
-    }
-
-    fn mapped(&self) -> Option<*mut u8> {
-        let pointer = self.allocation.as_ref()?.mapped_ptr()?;
-        Some(pointer.as_ptr().cast())
-    }
-
-    /// Writes to mapped memory; the caller checked the range.
-    pub fn write(&self, first: usize, data: &[u8]) {
-        assert!(first + data.len() <= self.size as usize);
-        if let Some(pointer) = self.mapped() {
-            // SAFETY: in range, mapped, host-coherent, and not in use by the device (`Gpu::write`).
-            unsafe {
-                pointer
-                    .add(first)
-                    .copy_from_nonoverlapping(data.as_ptr(), data.len())
-            };
-        }
-    }
-
-    fn read(&self, first: usize, data: &mut [u8]) {
-        assert!(first + data.len() <= self.size as usize);
-        if let Some(pointer) = self.mapped() {
-            // SAFETY: as for `write`; all work was waited for and its writes made visible to the host.
-            unsafe {
-                pointer
-                    .add(first)
-                    .copy_to_nonoverlapping(data.as_mut_ptr(), data.len())
-            };
-        }
-    }
-}
-
-impl Drop for RawBuffer {
-    fn drop(&mut self) {
-        // SAFETY: no submitted work uses it: `Commands` holds what it uses until it was waited for.
-        unsafe { self.shared.device.destroy_buffer(self.raw, None) };
-        self.shared.free(self.allocation.take());
-    }
-}
-
-impl Shared {
-    pub fn allocate(
-        &self,
-        name: &str,
-        requirements: vk::MemoryRequirements,
-        location: MemoryLocation,
-        linear: bool,
-    ) -> Result<Allocation> {
-        let description = AllocationCreateDesc {
-            name,
-            requirements,
-            location,
-            linear,
-            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-        };
-        self.allocator().allocate(&description).map_err(|e| {
-            self.error(format!(
-                "memory for {name}, {} bytes: {e}; use fewer --photons, a smaller --size or another \
-                 --device",
-                requirements.size
-            ))
-        })
-    }
-
-    pub fn free(&self, allocation: Option<Allocation>) {
-        if let Some(allocation) = allocation {
-            // It fails only for an allocation of another allocator.
-            let _ = self.allocator().free(allocation);
-        }
+        let (instance, physical, mut info) = find(&options).unwrap();
+        info.caps.unified = false;
+        let gpu = Gpu::create(instance, physical, info).unwrap();
+        // Two and a bit rounds of staging.
+        let data: Vec<u32> = (0..STAGING_BYTES as u32 / 2 + 3).collect();
+        let buffer = gpu.upload("data", &data).unwrap();
+        assert!(!buffer.raw.is_mapped());
+        gpu.write(&buffer, 5, &[77, 78]).unwrap();
+        assert_eq!(gpu.read(&buffer, 4..8).unwrap(), [4, 77, 78, 7]);
+        gpu.write(&buffer, 5, &[5, 6]).unwrap();
+        assert!(gpu.read(&buffer, 0..data.len()).unwrap() == data);
+        assert_eq!(gpu.validation_messages(), Vec::<String>::new());
     }
 }

@@ -7,17 +7,17 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::Pod;
 
-use super::buffer::{Buffer, RawBuffer};
+use super::buffer::Buffer;
 use super::device::{Gpu, Shared, lock};
+use super::memory::RawBuffer;
 use super::pass::{GROUP_SIZE, MAX_PUSH_BYTES, Pass};
+use super::recorder::{MAX_TIMED, Recorder};
 use crate::{Error, Result};
 
 /// Milliseconds on the device of each labelled part, in recording order; 0 where the device has no
 /// timestamps, and for parts after the first [`MAX_TIMED`].
 pub type Timings = Vec<(&'static str, f64)>;
 
-/// Timed parts of one submission.
-const MAX_TIMED: u32 = 1024;
 /// Work groups along one dimension that every Vulkan device allows.
 const MAX_GROUPS: usize = 65535;
 
@@ -31,15 +31,6 @@ pub struct Commands {
     held: Vec<Arc<dyn Any + Send + Sync>>,
     /// The first fault while recording; submit returns it.
     fault: Option<Error>,
-}
-
-/// Vulkan's objects for one submission at a time.
-#[derive(Clone, Copy)]
-pub(super) struct Recorder {
-    pool: vk::CommandPool,
-    pub buffer: vk::CommandBuffer,
-    fence: vk::Fence,
-    queries: vk::QueryPool,
 }
 
 impl Gpu {
@@ -327,67 +318,6 @@ impl Drop for Commands {
     fn drop(&mut self) {
         if let Some(recorder) = self.recorder.take() {
             lock(&self.shared.recorders).push(recorder);
-        }
-    }
-}
-
-impl Recorder {
-    fn new(shared: &Shared) -> Result<Self> {
-        let mut recorder = Self {
-            pool: vk::CommandPool::null(),
-            buffer: vk::CommandBuffer::null(),
-            fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
-        };
-        recorder.create(shared).inspect_err(|_| {
-            // SAFETY: nothing was recorded.
-            unsafe { recorder.destroy(&shared.device) };
-        })?;
-        Ok(recorder)
-    }
-
-    fn create(&mut self, shared: &Shared) -> Result<()> {
-        let device = &shared.device;
-        let pool_info = vk::CommandPoolCreateInfo::default()
-            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
-            .queue_family_index(shared.info.caps.queue_family);
-        let queries_info = vk::QueryPoolCreateInfo::default()
-            .query_type(vk::QueryType::TIMESTAMP)
-            .query_count(2 * MAX_TIMED);
-        // SAFETY: valid infos; the caller destroys what was made.
-        unsafe {
-            self.pool = device
-                .create_command_pool(&pool_info, None)
-                .map_err(shared.fault("vkCreateCommandPool"))?;
-            let buffer_info = vk::CommandBufferAllocateInfo::default()
-                .command_pool(self.pool)
-                .command_buffer_count(1);
-            self.buffer = device
-                .allocate_command_buffers(&buffer_info)
-                .map_err(shared.fault("vkAllocateCommandBuffers"))?
-                .into_iter()
-                .next()
-                .unwrap_or_default();
-            self.fence = device
-                .create_fence(&vk::FenceCreateInfo::default(), None)
-                .map_err(shared.fault("vkCreateFence"))?;
-            if shared.info.caps.timestamp_bits > 0 {
-                self.queries = device
-                    .create_query_pool(&queries_info, None)
-                    .map_err(shared.fault("vkCreateQueryPool"))?;
-            }
-        }
-        Ok(())
-    }
-
-    /// # Safety
-    /// The device finished or never saw the recorder's work.
-    pub unsafe fn destroy(self, device: &ash::Device) {
-        // SAFETY: the caller's; null handles are ignored.
-        unsafe {
-            device.destroy_query_pool(self.queries, None);
-            device.destroy_fence(self.fence, None);
-            device.destroy_command_pool(self.pool, None);
         }
     }
 }

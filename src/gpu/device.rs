@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ash::{khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
-use super::commands::Recorder;
 use super::info::{DeviceInfo, describe};
 use super::instance::{INSTALL, Instance};
+use super::recorder::Recorder;
 use crate::{Error, Result};
 
 /// How to open a device.
@@ -55,14 +55,8 @@ impl Gpu {
     /// Fails with [`Error::NoDevice`] where none is usable, [`Error::Option`] where `--device` names
     /// none, [`Error::Device`] where the named one lacks something or fails.
     pub fn open(options: &OpenOptions) -> Result<Self> {
-        let instance = Instance::new(options.validate)?;
-        let listed = list(&instance)?;
-        let infos: Vec<_> = listed.iter().map(|(_, info)| info.clone()).collect();
-        let index = choose(&infos, options.device)?;
-        match listed.into_iter().nth(index) {
-            Some((physical, info)) => Self::create(instance, physical, info),
-            None => Err(Error::NoDevice(INSTALL.to_owned())),
-        }
+        let (instance, physical, info) = find(options)?;
+        Self::create(instance, physical, info)
     }
 
     pub fn info(&self) -> &DeviceInfo {
@@ -74,7 +68,11 @@ impl Gpu {
         lock(&self.shared.instance.messages).clone()
     }
 
-    fn create(instance: Instance, physical: vk::PhysicalDevice, info: DeviceInfo) -> Result<Self> {
+    pub(super) fn create(
+        instance: Instance,
+        physical: vk::PhysicalDevice,
+        info: DeviceInfo,
+    ) -> Result<Self> {
         let caps = &info.caps;
         let mut f12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
@@ -209,6 +207,18 @@ fn fault(device: &str, operation: &str, result: vk::Result) -> Error {
     Error::Device {
         device: device.to_owned(),
         fault,
+    }
+}
+
+/// The asked-for or best usable device.
+pub(super) fn find(options: &OpenOptions) -> Result<(Instance, vk::PhysicalDevice, DeviceInfo)> {
+    let instance = Instance::new(options.validate)?;
+    let listed = list(&instance)?;
+    let infos: Vec<_> = listed.iter().map(|(_, info)| info.clone()).collect();
+    let index = choose(&infos, options.device)?;
+    match listed.into_iter().nth(index) {
+        Some((physical, info)) => Ok((instance, physical, info)),
+        None => Err(Error::NoDevice(INSTALL.to_owned())),
     }
 }
 

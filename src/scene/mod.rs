@@ -3,7 +3,23 @@
 //! Everything here has been checked: indices are in range, numbers are finite, factors are in the
 //! ranges that glTF gives them. Later rooms rely on that and check nothing again.
 
+mod accessor;
+mod container;
+mod extensions;
+mod geometry;
+mod json;
+mod light_camera;
+mod load;
+mod material;
+mod node;
+mod primitive;
+mod tangent;
+mod texture;
+mod warnings;
+
 use glam::{Mat4, Vec2, Vec3, Vec4};
+
+pub use load::load;
 
 /// A loaded scene. Units: metres, candela, lux, nit (see the README).
 #[derive(Debug, Clone, Default)]

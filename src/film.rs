@@ -1,0 +1,119 @@
+//! The running means of all iterations, and how they become a picture.
+
+use crate::gpu::{Buffer, Commands, Gpu, Pass};
+use crate::image::Layer;
+use crate::shaders::spirv;
+use crate::shared::{FilmPixel, FilmPush, Frame};
+use crate::view::View;
+use crate::{Error, Result};
+use std::path::Path;
+
+/// Sums on the device.
+pub struct Film {
+    pass: Pass,
+    pixels: Buffer<FilmPixel>,
+}
+
+/// A layer of the picture: its name, channels, and where a [`FilmPixel`] keeps it.
+struct Field {
+    name: &'static str,
+    channels: &'static [&'static str],
+    /// Floats from the start of the high half.
+    first: usize,
+}
+
+const RGB: &[&str] = &["R", "G", "B"];
+const FIELDS: &[Field] = &[
+    Field { name: "emission", channels: RGB, first: 0 },
+    Field { name: "caustic", channels: RGB, first: 3 },
+    Field { name: "global", channels: RGB, first: 6 },
+    Field { name: "albedo", channels: RGB, first: 9 },
+    Field { name: "normal", channels: &["X", "Y", "Z"], first: 12 },
+    Field { name: "depth", channels: &["Z"], first: 15 },
+    // Of one iteration; the picture's own variance layer is that of the mean.
+    Field { name: "resume.variance", channels: &["Y"], first: 16 },
+];
+/// Floats of the high half, and of the low half after it.
+const HALF: usize = size_of::<FilmPixel>() / 8;
+
+impl Film {
+    /// Black, of the view's size.
+    pub fn new(gpu: &Gpu, view: &View) -> Result<Self> {
+        let pixels = vec![FilmPixel::default(); view.pixel_count()];
+        Ok(Self {
+            pass: gpu.pass("film", spirv("film")?, &[], None)?,
+            pixels: gpu.upload("film", &pixels)?,
+        })
+    }
+
+    /// Adds the iteration in `view.pixels`.
+    pub fn record(&self, commands: &mut Commands, view: &View, frame: &Buffer<Frame>) {
+        let push = FilmPush { frame: frame.ptr(), pixels: view.pixels.ptr(), film: self.pixels.ptr() };
+        commands.dispatch(&self.pass, &push, view.pixel_count());
+    }
+
+    /// All layers after `iterations`: the picture's, and those that a resumed render needs.
+    pub fn layers(&self, gpu: &Gpu, iterations: u64) -> Result<Vec<Layer>> {
+        let pixels = gpu.read(&self.pixels, 0..self.pixels.len())?;
+        let floats: &[f32] = bytemuck::cast_slice(&pixels);
+        let pick = |first: usize, count: usize| -> Vec<f32> {
+            floats.chunks_exact(2 * HALF).flat_map(|p| p[first..first + count].iter().copied()).collect()
+        };
+        let beauty = pixels
+            .iter()
+            .flat_map(|p| std::array::from_fn::<f32, 3, _>(|c| p.emission[c] + p.caustic[c] + p.global[c]))
+            .collect();
+        let mut layers = vec![Layer::new("", RGB, beauty)];
+        let of_mean = (iterations.max(2) - 1) as f32;
+        let variance = pixels.iter().map(|p| p.variance / of_mean).collect();
+        for field in FIELDS {
+            layers.push(Layer::new(field.name, field.channels, pick(field.first, field.channels.len())));
+        }
+        layers.push(Layer::new("variance", &["Y"], variance));
+        for field in FIELDS {
+            let name = format!("resume.{}.low", field.name);
+            layers.push(Layer::new(&name, field.channels, pick(HALF + field.first, field.channels.len())));
+        }
+        Ok(layers)
+    }
+
+    /// Takes up the layers of a saved picture.
+    pub fn restore(&self, gpu: &Gpu, layers: &[Layer]) -> Result<()> {
+        let mut pixels = vec![FilmPixel::default(); self.pixels.len()];
+        let floats: &mut [f32] = bytemuck::cast_slice_mut(&mut pixels);
+        for field in FIELDS {
+            let low = format!("resume.{}.low", field.name);
+            for (name, first) in [(field.name, field.first), (&low, HALF + field.first)] {
+                let count = field.channels.len();
+                let layer = layers
+                    .iter()
+                    .find(|l| l.name == name && l.pixels.len() == self.pixels.len() * count)
+                    .ok_or_else(|| Error::image(Path::new("--resume"), format!("the image has no layer {name} of this size")))?;
+                for (pixel, values) in floats.chunks_exact_mut(2 * HALF).zip(layer.pixels.chunks_exact(count)) {
+                    pixel[first..first + count].copy_from_slice(values);
+                }
+            }
+        }
+        gpu.write(&self.pixels, 0, &pixels)
+    }
+
+    /// Relative standard error of the image: the root mean variance of the mean over the mean
+    /// luminance; NaN-free, 1 where nothing is known yet.
+    pub fn noise(&self, gpu: &Gpu, iterations: u64) -> Result<f64> {
+        if iterations < 2 {
+            return Ok(1.0);
+        }
+        let pixels = gpu.read(&self.pixels, 0..self.pixels.len())?;
+        let (mut variance, mut mean) = (0.0, 0.0);
+        for p in &pixels {
+            variance += f64::from(p.variance.max(0.0)) / (iterations - 1) as f64;
+            mean += [0.2126, 0.7152, 0.0722]
+                .iter()
+                .zip(0..3)
+                .map(|(w, c)| w * f64::from(p.emission[c] + p.caustic[c] + p.global[c]))
+                .sum::<f64>();
+        }
+        let n = pixels.len().max(1) as f64;
+        Ok(if mean > 0.0 { (variance / n).sqrt() / (mean / n) } else { 1.0 })
+    }
+}

@@ -1,0 +1,127 @@
+//! Light paths: emission, storage without loss, and the order of the photons.
+
+use crate::gpu::{Buffer, Commands, Gpu, Pass, Timings};
+use crate::shaders::spirv;
+use crate::shared::{CULL_CELLS, Counters, CullPush, EmitPush, FEATURE_LEDGER, Frame, Photon, PhotonKeysPush};
+use crate::sort::{Scan, Sort};
+use crate::view::View;
+use crate::world::World;
+use crate::Result;
+use glam::Vec3;
+
+/// Bits of a sort key: the map above a Morton code of 30.
+const KEY_BITS: u32 = 31;
+
+/// Photons of one iteration, as emission left them.
+pub struct Photons {
+    cull: Pass,
+    emit: Pass,
+    keys: Pass,
+    scan: Scan,
+    sort: Sort,
+    mask: Buffer<u32>,
+    counters: Buffer<Counters>,
+    pub photons: Buffer<Photon>,
+    /// Photons of each path; then, scanned, where each path's begin.
+    path_photons: Buffer<u32>,
+    path_slots: Buffer<u32>,
+}
+
+impl Photons {
+    /// For `paths` light paths of up to `max_depth` edges an iteration.
+    pub fn new(gpu: &Gpu, world: &World, paths: u32, max_depth: u32, ledger: bool) -> Result<Self> {
+        let capacity = first_capacity(paths);
+        let features = world.features | if ledger { FEATURE_LEDGER } else { 0 };
+        let emit = format!("emit.{}", world.variant());
+        Ok(Self {
+            cull: gpu.pass("cull", spirv("cull")?, &[], None)?,
+            emit: gpu.pass("emit", spirv(&emit)?, &[features, world.stack_size], world.textures.as_ref())?,
+            keys: gpu.pass("sort", spirv("photon_keys")?, &[], None)?,
+            scan: Scan::new(gpu, paths as usize + 1)?,
+            sort: Sort::new(gpu, capacity)?,
+            mask: gpu.buffer("culling mask", CULL_CELLS as usize / 32)?,
+            counters: gpu.buffer("counters", 1)?,
+            photons: gpu.buffer("photons", capacity)?,
+            path_photons: gpu.buffer("path photons", paths as usize + 1)?,
+            path_slots: gpu.buffer("path slots", paths as usize * max_depth as usize)?,
+        })
+    }
+
+    /// Photons that the buffers hold.
+    pub fn capacity(&self) -> usize {
+        self.photons.len()
+    }
+
+    /// Makes room for `photons` and some more.
+    pub fn grow(&mut self, gpu: &Gpu, photons: u32) -> Result<()> {
+        let capacity = photons as usize + photons as usize / 4;
+        self.photons = gpu.buffer("photons", capacity)?;
+        self.sort = Sort::new(gpu, capacity)?;
+        Ok(())
+    }
+
+    /// Marks the cells that the view samples can gather from.
+    pub fn record_cull(&self, commands: &mut Commands, view: &View, frame: &Buffer<Frame>) {
+        commands.fill(&self.mask, 0);
+        let push = CullPush { frame: frame.ptr(), samples: view.samples.ptr(), mask: self.mask.ptr() };
+        commands.dispatch(&self.cull, &push, view.pixel_count());
+    }
+
+    /// Traces the light paths, runs `commands` with them, and says what came of it. The counts may
+    /// exceed [`Self::capacity`]: then photons are missing, and the caller grows and repeats.
+    pub fn emit(
+        &self,
+        gpu: &Gpu,
+        mut commands: Commands,
+        world: &World,
+        frame: &Buffer<Frame>,
+        paths: u32,
+    ) -> Result<(Counters, Timings)> {
+        commands.fill(&self.counters, 0);
+        let push = EmitPush {
+            world: world.world.ptr(),
+            frame: frame.ptr(),
+            mask: self.mask.ptr(),
+            photons: self.photons.ptr(),
+            path_photons: self.path_photons.ptr(),
+            path_slots: self.path_slots.ptr(),
+            counters: self.counters.ptr(),
+        };
+        // One thread more: it ends the list of counts.
+        commands.dispatch(&self.emit, &push, paths as usize + 1);
+        let timings = commands.submit()?;
+        let counters = gpu.read(&self.counters, 0..1)?;
+        Ok((counters.first().copied().unwrap_or_default(), timings))
+    }
+
+    /// Orders `count` photons by map and along a Morton curve; returns their indices in that order.
+    pub fn record_sort(
+        &self,
+        commands: &mut Commands,
+        world: &World,
+        frame: &Buffer<Frame>,
+        paths: u32,
+        count: u32,
+    ) -> &Buffer<u32> {
+        let (min, max) = world.bounds_w;
+        let extent = (max - min).max(Vec3::splat(f32::MIN_POSITIVE));
+        self.scan.record(commands, self.path_photons.ptr(), paths as usize + 1);
+        let push = PhotonKeysPush {
+            frame: frame.ptr(),
+            photons: self.photons.ptr(),
+            path_offsets: self.path_photons.ptr(),
+            path_slots: self.path_slots.ptr(),
+            keys: self.sort.keys[0].ptr(),
+            indices: self.sort.values[0].ptr(),
+            min_w: min.into(),
+            scale: (Vec3::splat(1024.0) / extent).into(),
+        };
+        commands.dispatch(&self.keys, &push, paths as usize);
+        self.sort.record(commands, count as usize, KEY_BITS)
+    }
+}
+
+/// Enough for most scenes; others grow.
+fn first_capacity(paths: u32) -> usize {
+    (paths as usize * 2).max(1024)
+}

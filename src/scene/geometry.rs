@@ -1,0 +1,141 @@
+//! Meshes, flattened to world-space triangles.
+
+use std::collections::BTreeMap;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use super::accessor::Asset;
+use super::json::{Checked, Json};
+use super::node::{MAX_COORDINATE, Node};
+use super::primitive::{self, Attributes, Primitive};
+use super::tangent::unit;
+use super::warnings::Warnings;
+use super::{Material, Scene, Triangle, Vertex};
+
+/// Appends the triangles of every mesh that the nodes show, mesh by mesh.
+pub(super) fn add_meshes<'a>(
+    asset: &Asset<'a>,
+    nodes: &[Node<'a>],
+    scene: &mut Scene,
+    warnings: &mut Warnings,
+) -> Checked<()> {
+    let mut instances: BTreeMap<usize, (Json, Vec<&Node>)> = BTreeMap::new();
+    for node in nodes {
+        if let Some((i, mesh)) = node.json.refer("mesh", &asset.root, "meshes")? {
+            let entry = instances.entry(i).or_insert_with(|| (mesh, Vec::new()));
+            entry.1.push(node);
+            if node.json.get("skin")?.is_some() {
+                let path = format!("{}/skin", node.json.path());
+                warnings.add(&path, "skins are not supported: the mesh as it is bound");
+            }
+        }
+    }
+    // The whole bill before the first triangle is read.
+    let mut primitives = Vec::new();
+    for (mesh, nodes) in instances.values() {
+        for json in mesh.items("primitives")? {
+            if let Some(attributes) = Attributes::open(asset, &json, warnings)? {
+                let corners = attributes.corners() as u64;
+                asset.charge(corners.saturating_mul(nodes.len() as u64), &json)?;
+                primitives.push((json, attributes, nodes));
+            }
+        }
+    }
+    let named = scene.materials.len() as u32;
+    for (json, attributes, nodes) in primitives {
+        let root = &asset.root;
+        let primitive = primitive::read(&json, &attributes, root, &scene.materials, warnings)?;
+        // The default material comes last, and only where something needs it.
+        let material = primitive.material.unwrap_or(named);
+        if material == named && scene.materials.len() as u32 == named {
+            scene.materials.push(Material::default());
+        }
+        for node in nodes {
+            add(&primitive, material, &node.world_from_node, scene)
+                .map_err(|fault| node.json.fault(fault))?;
+        }
+    }
+    Ok(())
+}
+
+/// Appends one instance of a primitive.
+fn add(
+    primitive: &Primitive,
+    material: u32,
+    world_from_object: &DAffine3,
+    scene: &mut Scene,
+) -> Checked<()> {
+    let matrix = world_from_object.matrix3;
+    let mirrored = matrix.determinant() < 0.0;
+    let sign = if mirrored { -1.0 } else { 1.0 };
+    let normals = cofactor(&matrix) * sign;
+    let first = scene.vertices.len();
+    for vertex in &primitive.vertices {
+        let position = world_from_object.transform_point3(vertex.position_o.as_dvec3());
+        if !(position.abs().max_element() <= MAX_COORDINATE) {
+            return Err(format!("a vertex is beyond {MAX_COORDINATE:e} m"));
+        }
+        let normal = (normals * vertex.normal_o.as_dvec3()).try_normalize();
+        let normal_w = normal.map_or(Vec3::ZERO, DVec3::as_vec3);
+        let mut tangent_w = vertex.tangent_o;
+        if tangent_w.w != 0.0 {
+            let tangent = (matrix * tangent_w.truncate().as_dvec3()).try_normalize();
+            let tangent = tangent.map_or(Vec3::ZERO, DVec3::as_vec3);
+            tangent_w = unit(tangent, normal_w).extend(tangent_w.w * sign as f32);
+        }
+        scene.vertices.push(Vertex {
+            position_w: position.as_vec3(),
+            normal_w,
+            tangent_w,
+            uv: vertex.uv,
+            color: vertex.color,
+        });
+    }
+    for &[a, b, c] in &primitive.triangles {
+        let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
+        let triangle = triangle.map(|i| first as u32 + i);
+        let corners = triangle.map(|i| scene.vertices[i as usize].position_w);
+        if !has_area(corners) {
+            continue;
+        }
+        for i in triangle {
+            let vertex = &mut scene.vertices[i as usize];
+            // A node that flattens its mesh can flatten normals away.
+            if vertex.normal_w == Vec3::ZERO
+                && let Some(normal) = primitive::face_normal(corners)
+            {
+                vertex.normal_w = normal;
+                if vertex.tangent_w.w != 0.0 {
+                    let tangent = normal.any_orthonormal_vector();
+                    vertex.tangent_w = tangent.extend(vertex.tangent_w.w);
+                }
+            }
+        }
+        scene.triangles.push(Triangle {
+            vertices: triangle,
+            material,
+        });
+    }
+    Ok(())
+}
+
+/// det(M) M⁻ᵀ: what M does to normals (cross products), also where M has no inverse.
+fn cofactor(matrix: &DMat3) -> DMat3 {
+    // Only directions matter: without the scale, products of three tiny numbers stay above zero.
+    let scale = matrix
+        .to_cols_array()
+        .into_iter()
+        .fold(0.0, |max: f64, x| max.max(x.abs()));
+    let m = *matrix * (1.0 / scale);
+    DMat3::from_cols(
+        m.y_axis.cross(m.z_axis),
+        m.z_axis.cross(m.x_axis),
+        m.x_axis.cross(m.y_axis),
+    )
+}
+
+/// Whether the normal of the triangle can be had in f32, where the renderer needs it: an area of
+/// about 5e-20 m² is the least.
+fn has_area([a, b, c]: [Vec3; 3]) -> bool {
+    (b - a).cross(c - a).length_squared().is_normal()
+}

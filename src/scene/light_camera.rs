@@ -1,0 +1,156 @@
+//! KHR_lights_punctual and cameras, placed by their nodes.
+
+use std::f32::consts::PI;
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3};
+
+use super::json::{Checked, Json};
+use super::material::{MAX_RADIANCE, factor, factors};
+use super::warnings::Warnings;
+use super::{Camera, Light};
+
+/// The light that `json` (an element of KHR_lights_punctual's `lights`) describes. Its `range` is a
+/// hint for renderers that cull lights, and not needed here.
+pub(super) fn light(
+    json: &Json,
+    world_from_node: &DAffine3,
+    warnings: &mut Warnings,
+) -> Checked<Option<Light>> {
+    let color = factors(json, "color", [1.0; 3], 0.0..=1.0, warnings)?;
+    let strength = factor(json, "intensity", 1.0, 0.0..=MAX_RADIANCE, warnings)?;
+    let intensity = Vec3::from(color) * strength;
+    let position_w = world_from_node.translation.as_vec3();
+    let kind = json.need("type")?;
+    if kind.as_text()? == "point" {
+        return Ok(Some(Light::Point {
+            position_w,
+            intensity,
+        }));
+    }
+    let Some(direction) = (-world_from_node.matrix3.z_axis).try_normalize() else {
+        let what = "light left out: its node has no direction (scaled to zero)";
+        warnings.add(json.path(), what);
+        return Ok(None);
+    };
+    let direction_w = direction.as_vec3().normalize();
+    Ok(Some(match kind.as_text()? {
+        "directional" => Light::Directional {
+            direction_w,
+            illuminance: intensity,
+        },
+        "spot" => {
+            let (inner_cone, outer_cone) = cones(&json.need("spot")?, warnings)?;
+            Light::Spot {
+                position_w,
+                direction_w,
+                intensity,
+                inner_cone,
+                outer_cone,
+            }
+        }
+        other => return Err(kind.fault(format_args!("{other} is no light type"))),
+    }))
+}
+
+/// Half angles [rad] with 0 ≤ inner < outer ≤ π/2.
+fn cones(spot: &Json, warnings: &mut Warnings) -> Checked<(f32, f32)> {
+    let inner = spot.number("innerConeAngle", 0.0)?;
+    let outer = spot.number("outerConeAngle", std::f64::consts::FRAC_PI_4)?;
+    if !(0.0 <= inner && inner < outer) {
+        return Err(spot.fault(format_args!(
+            "innerConeAngle {inner} must be at least 0 and below outerConeAngle {outer}"
+        )));
+    }
+    // π/2, written with few digits, is often a little too large: no reason to warn.
+    if outer > FRAC_PI_2 + 1e-3 {
+        warnings.add(spot.path(), "outerConeAngle is above π/2: moved there");
+    }
+    let outer = outer.min(FRAC_PI_2) as f32;
+    Ok(((inner as f32).min(outer.next_down()), outer))
+}
+
+/// The camera that `json` describes; `None`, with a warning, where it is none that can be used.
+pub(super) fn camera(
+    json: &Json,
+    name: String,
+    world_from_node: &DAffine3,
+    warnings: &mut Warnings,
+) -> Checked<Option<Camera>> {
+    let kind = json.need("type")?;
+    match kind.as_text()? {
+        "perspective" => {}
+        "orthographic" => {
+            warnings.add(
+                json.path(),
+                "orthographic cameras are not supported: skipped",
+            );
+            return Ok(None);
+        }
+        other => return Err(kind.fault(format_args!("{other} is no camera type"))),
+    }
+    let lens = json.need("perspective")?;
+    let yfov = lens.need("yfov")?;
+    let angle = yfov.as_number()? as f32;
+    if !(angle > 0.0 && angle < PI) {
+        return Err(yfov.fault(format_args!("{angle} must be above 0 and below π")));
+    }
+    let aspect = match lens.get("aspectRatio")? {
+        Some(json) => {
+            let aspect = json.as_number()? as f32;
+            if !(aspect.is_normal() && aspect > 0.0) {
+                return Err(json.fault(format_args!("{aspect} must be above 0")));
+            }
+            Some(aspect)
+        }
+        None => None,
+    };
+    let Some(rotation) = rigid(&world_from_node.matrix3) else {
+        let what = "camera skipped: its node has no direction (scaled to zero)";
+        warnings.add(json.path(), what);
+        return Ok(None);
+    };
+    let world_from_camera = DMat4::from_mat3_translation(rotation, world_from_node.translation);
+    Ok(Some(Camera {
+        name,
+        world_from_camera: world_from_camera.as_mat4(),
+        yfov: angle,
+        aspect,
+    }))
+}
+
+/// The rotation that looks along the same −Z, with +Y up as far as possible. A mirroring parent
+/// does not mirror the picture: glTF asks for a camera without scale.
+fn rigid(matrix: &DMat3) -> Option<DMat3> {
+    let z = matrix.z_axis.try_normalize()?;
+    let y = matrix.y_axis.try_normalize()?;
+    let x = y.cross(z).try_normalize()?;
+    Some(DMat3::from_cols(x, z.cross(x), z))
+}
+
+/// A camera that sees the whole box from the front, right and above, in a square or wider image.
+pub(super) fn framing(low: Vec3, high: Vec3) -> Camera {
+    let yfov = 45f64.to_radians();
+    let (low, high) = (low.as_dvec3(), high.as_dvec3());
+    let center = (low + high) / 2.0;
+    let half = (high - low) / 2.0;
+    let z = DVec3::new(1.0, 0.75, 1.5).normalize();
+    let x = DVec3::Y.cross(z).normalize();
+    let y = z.cross(x);
+    let tangent = (yfov / 2.0).tan();
+    // A corner at (a, b, c) from the centre is inside at distance d where |a|, |b| ≤ (d − c) tan.
+    let distance = (0..8).fold(0f64, |distance, corner| {
+        let sign = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+        let corner = half * DVec3::new(sign(0), sign(1), sign(2));
+        let aside = corner.dot(x).abs().max(corner.dot(y).abs());
+        distance.max(corner.dot(z) + aside / tangent)
+    });
+    let eye = center + z * (distance * 1.05);
+    let world_from_camera = DMat4::from_mat3_translation(DMat3::from_cols(x, y, z), eye);
+    Camera {
+        name: "framing".into(),
+        world_from_camera: world_from_camera.as_mat4(),
+        yfov: yfov as f32,
+        aspect: None,
+    }
+}

@@ -1,0 +1,287 @@
+//! One mesh primitive in object space: indexed triangles with complete vertices.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec2, Vec3, Vec4};
+
+use super::accessor::{Accessor, Asset, Component};
+use super::json::{Checked, Json};
+use super::tangent::add_tangents;
+use super::warnings::Warnings;
+use super::{Material, TextureRef};
+
+/// A vertex in object space, otherwise like [`super::Vertex`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ObjectVertex {
+    pub position_o: Vec3,
+    /// Unit length.
+    pub normal_o: Vec3,
+    pub tangent_o: Vec4,
+    pub uv: [Vec2; 2],
+    pub color: Vec4,
+}
+
+/// Triangles of one material.
+pub(super) struct Primitive {
+    pub vertices: Vec<ObjectVertex>,
+    pub triangles: Vec<[u32; 3]>,
+    /// `None`: glTF's default material.
+    pub material: Option<u32>,
+}
+
+/// The accessors of a primitive, opened, and of equal count.
+pub(super) struct Attributes<'a> {
+    indices: Option<Accessor<'a>>,
+    position: Accessor<'a>,
+    normal: Option<Accessor<'a>>,
+    tangent: Option<Accessor<'a>>,
+    uv: [Option<Accessor<'a>>; 2],
+    color: Option<Accessor<'a>>,
+    mode: usize,
+}
+
+impl<'a> Attributes<'a> {
+    /// Opens the primitive's accessors. `None`, with a warning, where there is nothing to draw.
+    pub fn open(
+        asset: &Asset<'a>,
+        json: &Json<'a>,
+        warnings: &mut Warnings,
+    ) -> Checked<Option<Self>> {
+        let mode = json.index("mode", 4)?;
+        let mode_path = format!("{}/mode", json.path());
+        match mode {
+            0..=3 => {
+                warnings.add(&mode_path, "points and lines are not supported: left out");
+                return Ok(None);
+            }
+            4..=6 => {}
+            _ => return Err(format!("{mode_path}: {mode} is no primitive mode")),
+        }
+        if json.get("targets")?.is_some() {
+            let path = format!("{}/targets", json.path());
+            warnings.add(&path, "morph targets are not supported: the base shape");
+        }
+        let list = json.need("attributes")?;
+        let open = |name: &str, sizes: &[usize]| {
+            let accessor = Accessor::open(asset, &list, name)?;
+            if let Some(accessor) = &accessor
+                && (!sizes.contains(&accessor.components) || accessor.component == Component::U32)
+            {
+                return Err(list.fault(format_args!("{name} has a type that glTF does not allow")));
+            }
+            Ok(accessor)
+        };
+        let Some(position) = open("POSITION", &[3])? else {
+            warnings.add(list.path(), "lacks POSITION: left out");
+            return Ok(None);
+        };
+        let indices = Accessor::open(asset, json, "indices")?;
+        if let Some(indices) = &indices
+            && (indices.components != 1
+                || !matches!(
+                    indices.component,
+                    Component::U8 | Component::U16 | Component::U32
+                ))
+        {
+            return Err(json.fault("indices must be unsigned integers"));
+        }
+        let attributes = Self {
+            indices,
+            normal: open("NORMAL", &[3])?,
+            tangent: open("TANGENT", &[4])?,
+            uv: [open("TEXCOORD_0", &[2])?, open("TEXCOORD_1", &[2])?],
+            color: open("COLOR_0", &[3, 4])?,
+            position,
+            mode,
+        };
+        let [uv_0, uv_1] = &attributes.uv;
+        let others = [&attributes.normal, &attributes.tangent, uv_0, uv_1];
+        for other in others.into_iter().chain([&attributes.color]).flatten() {
+            if other.count != attributes.position.count {
+                return Err(list.fault("attributes have different counts"));
+            }
+        }
+        if mode == 4 && attributes.corners() % 3 != 0 {
+            return Err(json.fault(format_args!(
+                "{} indices are not whole triangles",
+                attributes.corners()
+            )));
+        }
+        Ok(Some(attributes))
+    }
+
+    /// How many corners its triangles have.
+    pub fn corners(&self) -> usize {
+        let indices = self.indices.as_ref().unwrap_or(&self.position).count;
+        match self.mode {
+            4 => indices,
+            _ => indices.saturating_sub(2) * 3,
+        }
+    }
+
+    /// The indices of triangle `t`; glTF 2.0, section 3.7.2.1.
+    fn triangle(&self, t: usize) -> [u32; 3] {
+        let corners = match self.mode {
+            5 => [t, t + 1 + t % 2, t + 2 - t % 2],
+            6 => [t + 1, t + 2, 0],
+            _ => [3 * t, 3 * t + 1, 3 * t + 2],
+        };
+        match &self.indices {
+            Some(indices) => corners.map(|corner| indices.index(corner)),
+            None => corners.map(|corner| corner as u32),
+        }
+    }
+
+    fn vertex(&self, i: usize) -> ObjectVertex {
+        let vector = |accessor: &Option<Accessor>| accessor.as_ref().map(|a| a.vector(i));
+        let vec2 = |[u, v, ..]: [f32; 4]| Vec2::new(u, v);
+        ObjectVertex {
+            position_o: vec3(self.position.vector(i)),
+            normal_o: vector(&self.normal).map_or(Vec3::ZERO, vec3),
+            tangent_o: vector(&self.tangent).map_or(Vec4::ZERO, Vec4::from),
+            uv: [0, 1].map(|set| vector(&self.uv[set]).map_or(Vec2::ZERO, vec2)),
+            color: vector(&self.color).map_or(Vec4::ONE, Vec4::from),
+        }
+    }
+}
+
+fn vec3([x, y, z, _]: [f32; 4]) -> Vec3 {
+    Vec3::new(x, y, z)
+}
+
+/// Reads the primitive `json`, whose attributes were opened, for the materials of the file.
+pub(super) fn read<'a>(
+    json: &Json<'a>,
+    attributes: &Attributes<'a>,
+    root: &Json<'a>,
+    materials: &[Material],
+    warnings: &mut Warnings,
+) -> Checked<Primitive> {
+    let material = json.refer("material", root, "materials")?.map(|(i, _)| i);
+    let mut primitive = Primitive {
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+        material: material.map(|i| i as u32),
+    };
+    // Only what the indices name is read: files share one large accessor among many primitives.
+    let mut vertex_of = HashMap::new();
+    for t in 0..attributes.corners() / 3 {
+        let triangle = attributes.triangle(t);
+        for i in triangle {
+            if i as usize >= attributes.position.count {
+                let count = attributes.position.count;
+                return Err(json.fault(format_args!(
+                    "index {i} is out of range: there are {count} vertices"
+                )));
+            }
+        }
+        primitive.triangles.push(triangle.map(|i| {
+            *vertex_of.entry(i).or_insert_with(|| {
+                primitive.vertices.push(attributes.vertex(i as usize));
+                primitive.vertices.len() as u32 - 1
+            })
+        }));
+    }
+    repair_numbers(&mut primitive, json, warnings)?;
+    complete_normals(&mut primitive);
+    let material = material.and_then(|i| materials.get(i));
+    if let Some(material) = material {
+        require_uvs(material, attributes, json, warnings);
+    }
+    match material.and_then(|material| material.normal_texture) {
+        None => {
+            for vertex in &mut primitive.vertices {
+                vertex.tangent_o = Vec4::ZERO;
+            }
+        }
+        Some(texture) => add_tangents(&mut primitive, &texture, json.path(), warnings),
+    }
+    Ok(primitive)
+}
+
+/// Refuses positions that are no numbers; other such data becomes neutral, with a warning.
+fn repair_numbers(primitive: &mut Primitive, json: &Json, warnings: &mut Warnings) -> Checked<()> {
+    let mut repaired = [false; 2];
+    for vertex in &mut primitive.vertices {
+        if !vertex.position_o.is_finite() {
+            return Err(json.fault("a POSITION is not finite"));
+        }
+        for uv in &mut vertex.uv {
+            // Texture coordinates beyond this have no fraction left in f32.
+            if !uv.is_finite() || uv.abs().max_element() > 1e7 {
+                *uv = Vec2::ZERO;
+                repaired[0] = true;
+            }
+        }
+        let color = vertex.color;
+        vertex.color = Vec4::from(color.to_array().map(|c| c.max(0.0).min(1.0)));
+        repaired[1] |= vertex.color != color;
+    }
+    let what = [
+        "a TEXCOORD is not finite or too large: (0, 0) is used",
+        "a COLOR_0 is not within [0, 1]: moved there",
+    ];
+    for (what, repaired) in what.iter().zip(repaired) {
+        if repaired {
+            warnings.add(json.path(), what);
+        }
+    }
+    Ok(())
+}
+
+/// Makes every normal a unit vector. Where the file has none, or none of any use, the corner
+/// gets a vertex of its own with the face normal (glTF 2.0, section 3.7.2.1: flat normals).
+fn complete_normals(primitive: &mut Primitive) {
+    let vertices = &mut primitive.vertices;
+    for vertex in vertices.iter_mut() {
+        let normal = vertex.normal_o.as_dvec3().try_normalize();
+        vertex.normal_o = normal.map_or(Vec3::ZERO, DVec3::as_vec3);
+    }
+    // Triangles without a face normal have no area, whatever the node does to them.
+    primitive.triangles.retain_mut(|triangle| {
+        let corners = triangle.map(|i| vertices[i as usize]);
+        let Some(normal) = face_normal(corners.map(|corner| corner.position_o)) else {
+            return false;
+        };
+        for (i, mut corner) in triangle.iter_mut().zip(corners) {
+            if corner.normal_o == Vec3::ZERO {
+                corner.normal_o = normal;
+                *i = vertices.len() as u32;
+                vertices.push(corner);
+            }
+        }
+        true
+    });
+}
+
+/// The unit normal of a counter-clockwise triangle; `None` where its area is zero.
+pub(super) fn face_normal(corners: [Vec3; 3]) -> Option<Vec3> {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let normal = (b - a).cross(c - a).try_normalize()?;
+    Some(normal.as_vec3())
+}
+
+/// Warns where the material needs texture coordinates that the primitive lacks.
+fn require_uvs(material: &Material, attributes: &Attributes, json: &Json, warnings: &mut Warnings) {
+    for set in 0..2 {
+        let needed = textures(material).any(|texture| texture.uv_set == set);
+        if needed && attributes.uv[set as usize].is_none() {
+            let what = format!("lacks TEXCOORD_{set}, which its material needs: (0, 0) is used");
+            warnings.add(&format!("{}/attributes", json.path()), &what);
+        }
+    }
+}
+
+fn textures(material: &Material) -> impl Iterator<Item = &TextureRef> {
+    [
+        &material.base_color_texture,
+        &material.metallic_roughness_texture,
+        &material.normal_texture,
+        &material.emission_texture,
+        &material.specular_texture,
+        &material.specular_color_texture,
+        &material.transmission_texture,
+    ]
+    .into_iter()
+    .flatten()
+}

@@ -1,0 +1,30 @@
+//! The techniques. Adding one is a Rust file, a GLSL folder and a row in [`TECHNIQUES`].
+
+mod rtpm;
+
+use crate::Result;
+use crate::render::Engine;
+
+/// What a technique needs to do once per iteration, on top of what all of them share.
+pub trait Technique {
+    /// One iteration, from camera paths to the film.
+    fn iterate(&mut self, engine: &mut Engine) -> Result<()>;
+}
+
+/// What the rest of the program knows of a technique.
+pub struct Row {
+    /// As in the command line, `src/technique/` and `glsl/`.
+    pub name: &'static str,
+    pub paper: &'static str,
+    /// How its expected image differs from the truth.
+    pub bias: &'static str,
+    pub build: fn(&Engine) -> Result<Box<dyn Technique>>,
+}
+
+/// All techniques; the first is what `auto` takes.
+pub const TECHNIQUES: &[Row] = &[Row {
+    name: "rtpm",
+    paper: "Kern, Brüll, Grosch 2023",
+    bias: "blur of the photon radius, which shrinks to nothing",
+    build: |engine| Ok(Box::new(rtpm::Rtpm::new(engine)?)),
+}];

@@ -1,0 +1,176 @@
+//! Hardware ray tracing photon mapping: photons are boxes in an acceleration structure, and a ray of
+//! no length gathers those that hold its origin (Kern, Brüll, Grosch 2023).
+
+use super::Technique;
+use crate::Result;
+use crate::bvh::{PhotonTree, Shape};
+use crate::gpu::{BoxBlas, Buffer, Commands, Instance, Pass, Ptr, Tlas};
+use crate::render::Engine;
+use crate::settings::Trace;
+use crate::shaders::spirv;
+use crate::shared::*;
+use crate::world::address_words;
+
+/// Passes and the sorted photons of one iteration.
+pub struct Rtpm {
+    place: Pass,
+    tree: Pass,
+    gather: Pass,
+    gather_stochastic: Pass,
+    maps: Buffer<PhotonMaps>,
+    sorted: Sorted,
+}
+
+/// Buffers of a given capacity.
+struct Sorted {
+    positions: Buffer<[f32; 3]>,
+    power: Buffer<PhotonPower>,
+    structure: Structure,
+}
+
+/// What finds photons near a point.
+enum Structure {
+    /// Of the caustic and the global map.
+    Software([PhotonTree; 2]),
+    Query { boxes: Buffer<PhotonBox>, blas: [BoxBlas; 2], tlas: Tlas },
+}
+
+impl Technique for Rtpm {
+    fn iterate(&mut self, engine: &mut Engine) -> Result<()> {
+        let counts = engine.trace_paths()?;
+        self.reserve(engine, counts)?;
+        let mut commands = engine.gpu.commands()?;
+        let order = engine.record_sort(&mut commands, counts);
+        self.record_build(engine, &mut commands, order, counts)?;
+        self.record_gather(engine, &mut commands, counts);
+        engine.record_film(&mut commands);
+        engine.finish(commands)
+    }
+}
+
+impl Rtpm {
+    /// For the engine's traversal.
+    pub fn new(engine: &Engine) -> Result<Self> {
+        let gpu = &engine.gpu;
+        let trace = if engine.world.trace == Trace::Query { "query" } else { "software" };
+        let gather = |features| {
+            let code = spirv(&format!("rtpm.gather.{trace}"))?;
+            gpu.pass("gather", code, &[engine.world.features | features], None)
+        };
+        Ok(Self {
+            place: gpu.pass("build", spirv(&format!("rtpm.place.{trace}"))?, &[], None)?,
+            tree: gpu.pass("build", spirv("rtpm.tree")?, &[], None)?,
+            gather: gather(0)?,
+            gather_stochastic: gather(FEATURE_STOCHASTIC)?,
+            maps: gpu.buffer("photon maps", 1)?,
+            sorted: Sorted::new(engine, engine.photons.capacity())?,
+        })
+    }
+
+    /// Follows the photon buffers where they grew, and tells shaders where everything lies.
+    fn reserve(&mut self, engine: &Engine, counts: [u32; 2]) -> Result<()> {
+        if self.sorted.positions.len() < engine.photons.capacity() {
+            self.sorted = Sorted::new(engine, engine.photons.capacity())?;
+        }
+        let s = &self.sorted;
+        let mut maps = PhotonMaps {
+            positions_w: s.positions.ptr(),
+            power: s.power.ptr(),
+            first: [0, counts[0]],
+            count: counts,
+            first_leaf: counts.map(|n| Shape::of(n as usize).first_leaf as u32),
+            ..Default::default()
+        };
+        match &s.structure {
+            Structure::Software([caustic, global]) => {
+                maps.caustic_tree = caustic.ptr();
+                maps.global_tree = global.ptr();
+            }
+            Structure::Query { boxes, tlas, .. } => {
+                maps.boxes = boxes.ptr();
+                maps.tlas = address_words(tlas.address());
+            }
+        }
+        engine.gpu.write(&self.maps, 0, &[maps])
+    }
+
+    fn record_build(&self, engine: &Engine, commands: &mut Commands, order: Ptr<u32>, counts: [u32; 2]) -> Result<()> {
+        let count = counts[0] + counts[1];
+        let push = PlacePush {
+            frame: engine.frame.ptr(),
+            photons: engine.photons.photons.ptr(),
+            indices: order,
+            maps: self.maps.ptr(),
+            count,
+            unused: 0,
+        };
+        commands.dispatch(&self.place, &push, count as usize);
+        match &self.sorted.structure {
+            Structure::Software(_) => {
+                for map in [MAP_CAUSTIC, MAP_GLOBAL] {
+                    let photons = counts[map as usize] as usize;
+                    if photons > 0 {
+                        PhotonTree::build(commands, &self.tree, self.maps.ptr(), map, photons);
+                    }
+                }
+            }
+            Structure::Query { boxes, blas, tlas } => {
+                let mut first = 0;
+                let mut instances = Vec::new();
+                for map in 0..2 {
+                    let photons = counts[map] as usize;
+                    if photons > 0 {
+                        commands.build_boxes(&blas[map], boxes.ptr().offset(first).cast(), photons);
+                        instances.push(Instance {
+                            blas_address: blas[map].address(),
+                            custom_index: map as u32,
+                            mask: 1 << map,
+                            facing_cull_disable: false,
+                            front_ccw: false,
+                        });
+                    }
+                    first += photons;
+                }
+                commands.build_tlas(tlas, &instances);
+            }
+        }
+        Ok(())
+    }
+
+    fn record_gather(&self, engine: &Engine, commands: &mut Commands, counts: [u32; 2]) {
+        for map in [MAP_CAUSTIC, MAP_GLOBAL] {
+            if counts[map as usize] == 0 {
+                continue;
+            }
+            let push = GatherPush {
+                frame: engine.frame.ptr(),
+                samples: engine.view.samples.ptr(),
+                maps: self.maps.ptr(),
+                pixels: engine.view.pixels.ptr(),
+                map,
+                reservoir: engine.reservoir,
+            };
+            let pass = if engine.stochastic { &self.gather_stochastic } else { &self.gather };
+            commands.dispatch(pass, &push, engine.view.tiled_threads());
+        }
+    }
+}
+
+impl Sorted {
+    fn new(engine: &Engine, capacity: usize) -> Result<Self> {
+        let gpu = &engine.gpu;
+        let structure = match engine.world.trace {
+            Trace::Query => Structure::Query {
+                boxes: gpu.buffer("photon boxes", capacity)?,
+                blas: [gpu.box_blas("caustic photons", capacity)?, gpu.box_blas("global photons", capacity)?],
+                tlas: gpu.tlas("photons", 2)?,
+            },
+            _ => Structure::Software([PhotonTree::new(gpu, capacity)?, PhotonTree::new(gpu, capacity)?]),
+        };
+        Ok(Self {
+            positions: gpu.buffer("photon positions", capacity)?,
+            power: gpu.buffer("photon power", capacity)?,
+            structure,
+        })
+    }
+}

@@ -1,0 +1,67 @@
+//! Camera paths to the first diffuse event: one view sample per pixel and iteration.
+
+use crate::gpu::{Buffer, Commands, Gpu, Pass};
+use crate::scene::Camera;
+use crate::shaders::spirv;
+use crate::shared::{Frame, FramePixel, ViewPush, ViewSample};
+use crate::world::World;
+use crate::Result;
+use glam::Vec3;
+
+/// The view pass and what it fills.
+pub struct View {
+    pass: Pass,
+    pub size: [u32; 2],
+    pub samples: Buffer<ViewSample>,
+    pub pixels: Buffer<FramePixel>,
+}
+
+impl View {
+    /// For images of `size` pixels.
+    pub fn new(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<Self> {
+        let stem = format!("view.{}", world.variant());
+        let count = size[0] as usize * size[1] as usize;
+        Ok(Self {
+            pass: gpu.pass("view", spirv(&stem)?, &[world.features, world.stack_size], world.textures.as_ref())?,
+            size,
+            samples: gpu.buffer("view samples", count)?,
+            pixels: gpu.buffer("pixels", count)?,
+        })
+    }
+
+    /// Pixels of the image.
+    pub fn pixel_count(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Threads that cover the image in tiles of 8 × 8 (see `glsl/lib/camera.glsl`).
+    pub fn tiled_threads(&self) -> usize {
+        self.size.map(|edge| edge.div_ceil(8) as usize * 8).iter().product()
+    }
+
+    /// Traces every pixel's path.
+    pub fn record(&self, commands: &mut Commands, world: &World, frame: &Buffer<Frame>) {
+        let push = ViewPush {
+            world: world.world.ptr(),
+            frame: frame.ptr(),
+            samples: self.samples.ptr(),
+            pixels: self.pixels.ptr(),
+        };
+        commands.dispatch(&self.pass, &push, self.tiled_threads());
+    }
+}
+
+/// The camera's part of a frame: position, and axes scaled to the image's edges.
+pub fn camera_frame(camera: &Camera, size: [u32; 2]) -> Frame {
+    let axis = |v: Vec3| camera.world_from_camera.transform_vector3(v);
+    let up = (camera.yfov * 0.5).tan();
+    let right = up * size[0] as f32 / size[1] as f32;
+    Frame {
+        camera_position_w: camera.world_from_camera.w_axis.truncate().into(),
+        camera_right_w: (axis(Vec3::X) * right).into(),
+        camera_up_w: (axis(Vec3::Y) * up).into(),
+        camera_forward_w: axis(Vec3::NEG_Z).into(),
+        size,
+        ..Default::default()
+    }
+}

@@ -1,0 +1,313 @@
+//! The scene on the device, summed up in one struct of addresses.
+
+mod lights;
+
+use crate::bvh::{SceneTree, morton_order};
+use crate::gpu::{Blas, Buffer, Gpu, Instance, Ptr, TextureArray, TextureData, Tlas, TriangleGeometry};
+use crate::scene::{Material, Scene, TextureRef};
+use crate::settings::Trace;
+use crate::shared::*;
+use crate::{Error, Result};
+use glam::Vec3;
+
+/// The scene's buffers and what they hold.
+pub struct World {
+    /// Never `Auto`.
+    pub trace: Trace,
+    pub world: Buffer<crate::shared::World>,
+    /// `None` where no material has one: such scenes bind no descriptor at all.
+    pub textures: Option<TextureArray>,
+    /// FEATURE_ bits.
+    pub features: u32,
+    /// Entries of the software traversal's stack.
+    pub stack_size: u32,
+    pub bounds_w: (Vec3, Vec3),
+    /// Kept alive for their addresses.
+    _held: Held,
+}
+
+#[allow(dead_code, reason = "held for the addresses that shaders follow")]
+struct Held {
+    positions: Buffer<[f32; 3]>,
+    triangles: Buffer<TriangleShading>,
+    vertices: Buffer<VertexShading>,
+    materials: Buffer<crate::shared::Material>,
+    slots: Buffer<TextureSlot>,
+    lights: Buffer<Light>,
+    nodes: Option<Buffer<BvhNode>>,
+    structure: Option<(Vec<Blas>, Tlas)>,
+}
+
+impl World {
+    /// Uploads `scene` for a traversal.
+    ///
+    /// # Errors
+    /// No light in the scene; textures on a device without descriptor indexing; out of memory.
+    pub fn new(gpu: &Gpu, scene: &Scene, trace: Trace) -> Result<Self> {
+        let corners: Vec<[Vec3; 3]> = scene
+            .triangles
+            .iter()
+            .map(|t| t.vertices.map(|v| scene.vertices[v as usize].position_w))
+            .collect();
+        let (order, groups, tree) = match trace {
+            Trace::Query => {
+                let (order, groups) = grouped_order(scene, &corners);
+                (order, groups, None)
+            }
+            _ => {
+                let mut tree = SceneTree::build(&corners);
+                (std::mem::take(&mut tree.order), [0; 5], Some(tree))
+            }
+        };
+
+        let positions: Vec<[f32; 3]> = order.iter().flat_map(|&t| corners[t as usize].map(Into::into)).collect();
+        let triangles: Vec<TriangleShading> = order.iter().map(|&t| shading(scene, t)).collect();
+        let lights = lights::lights(scene, &order)?;
+        let features = features(scene);
+        let textures = textures(gpu, scene)?;
+        let (min, max) = scene.bounds();
+
+        let positions = gpu.upload("positions", &positions)?;
+        let structure = match trace {
+            Trace::Query => Some(structure(gpu, &positions, groups)?),
+            _ => None,
+        };
+        let nodes = tree.as_ref().map(|t| gpu.upload("scene tree", &t.nodes)).transpose()?;
+        let held = Held {
+            triangles: gpu.upload("triangles", &triangles)?,
+            vertices: gpu.upload("vertices", &scene.vertices.iter().map(vertex).collect::<Vec<_>>())?,
+            materials: gpu.upload("materials", &scene.materials.iter().map(material).collect::<Vec<_>>())?,
+            slots: gpu.upload(
+                "texture slots",
+                &if textures.is_some() { scene.materials.iter().flat_map(slots).collect() } else { Vec::new() },
+            )?,
+            lights: gpu.upload("lights", &lights)?,
+            positions,
+            nodes,
+            structure,
+        };
+        let world = crate::shared::World {
+            positions_w: held.positions.ptr(),
+            triangles: held.triangles.ptr(),
+            vertices: held.vertices.ptr(),
+            materials: held.materials.ptr(),
+            texture_slots: held.slots.ptr(),
+            lights: held.lights.ptr(),
+            nodes: held.nodes.as_ref().map_or(Ptr::null(), Buffer::ptr),
+            tlas: held.structure.as_ref().map_or([0; 2], |(_, tlas)| address_words(tlas.address())),
+            groups: [groups[0], groups[1], groups[2], groups[3]],
+            light_count: lights.len() as u32,
+            first_delta_light: lights.iter().filter(|l| l.kind == LIGHT_TRIANGLE).count() as u32,
+            center_w: ((min + max) * 0.5).into(),
+            radius: (max - min).length() * 0.5,
+        };
+        Ok(Self {
+            trace,
+            world: gpu.upload("world", &[world])?,
+            textures,
+            features,
+            stack_size: tree.map_or(1, |t| t.stack_size),
+            bounds_w: (min, max),
+            _held: held,
+        })
+    }
+
+    /// Of the sphere [m] about the bounds.
+    pub fn radius(&self) -> f32 {
+        0.5 * (self.bounds_w.1 - self.bounds_w.0).length()
+    }
+
+    /// The part of a shader's stem that names this world's variant.
+    pub fn variant(&self) -> &'static str {
+        match (self.trace, self.textures.is_some()) {
+            (Trace::Query, false) => "query",
+            (Trace::Query, true) => "query.textured",
+            (_, false) => "software",
+            (_, true) => "software.textured",
+        }
+    }
+}
+
+/// A device address as shaders take it: low word, high word.
+pub fn address_words(address: u64) -> [u32; 2] {
+    [address as u32, (address >> 32) as u32]
+}
+
+fn is_one_sided(material: &Material) -> bool {
+    !material.double_sided && !material.is_transmissive()
+}
+
+/// Triangles in Morton order within each of the four groups of the acceleration structure, and
+/// where the groups begin and end.
+fn grouped_order(scene: &Scene, corners: &[[Vec3; 3]]) -> (Vec<u32>, [u32; 5]) {
+    let mut groups = [const { Vec::new() }; 4];
+    for (i, triangle) in scene.triangles.iter().enumerate() {
+        let material = &scene.materials[triangle.material as usize];
+        let group = usize::from(is_one_sided(material)) * 2 + usize::from(material.alpha_cutoff.is_some());
+        groups[group].push(i as u32);
+    }
+    let mut order = Vec::with_capacity(corners.len());
+    let mut first = [0; 5];
+    for (i, mut group) in groups.into_iter().enumerate() {
+        morton_order(corners, &mut group);
+        order.extend(group);
+        first[i + 1] = order.len() as u32;
+    }
+    (order, first)
+}
+
+/// Two instances at most: faces seen from both sides, and those that are not there from behind.
+fn structure(gpu: &Gpu, positions: &Buffer<[f32; 3]>, groups: [u32; 5]) -> Result<(Vec<Blas>, Tlas)> {
+    let mut all = Vec::new();
+    let mut instances = Vec::new();
+    for first_group in [0, 2] {
+        if groups[first_group] == groups[first_group + 2] {
+            continue;
+        }
+        let geometry = |group: usize| TriangleGeometry {
+            positions: positions.ptr(),
+            first_triangle: groups[group] as usize,
+            triangles: (groups[group + 1] - groups[group]) as usize,
+            opaque: group.is_multiple_of(2),
+        };
+        let blas = gpu.triangle_blas("scene", &[geometry(first_group), geometry(first_group + 1)])?;
+        instances.push(Instance {
+            blas_address: blas.address(),
+            custom_index: first_group as u32,
+            mask: 0xff,
+            facing_cull_disable: first_group == 0,
+            front_ccw: true,
+        });
+        all.push(blas);
+    }
+    let tlas = gpu.tlas("scene", instances.len())?;
+    let mut commands = gpu.commands()?;
+    commands.build_tlas(&tlas, &instances);
+    commands.submit()?;
+    Ok((all, tlas))
+}
+
+fn shading(scene: &Scene, triangle: u32) -> TriangleShading {
+    let t = &scene.triangles[triangle as usize];
+    let material = &scene.materials[t.material as usize];
+    let mut word = t.material;
+    if is_one_sided(material) {
+        word |= TRIANGLE_ONE_SIDED;
+    }
+    if material.alpha_cutoff.is_some() {
+        word |= TRIANGLE_ALPHA;
+    }
+    TriangleShading { vertices: t.vertices, material: word }
+}
+
+fn vertex(v: &crate::scene::Vertex) -> VertexShading {
+    VertexShading {
+        normal_w: v.normal_w.into(),
+        tangent_w: v.tangent_w.into(),
+        uv0: v.uv[0].into(),
+        uv1: v.uv[1].into(),
+        color: v.color.into(),
+    }
+}
+
+fn material(m: &Material) -> crate::shared::Material {
+    crate::shared::Material {
+        base_color: m.base_color.into(),
+        emission: m.emission.into(),
+        metallic: m.metallic,
+        specular_color: m.specular_color.into(),
+        specular: m.specular,
+        absorption: m.absorption.unwrap_or_default().into(),
+        transmission: m.transmission,
+        roughness: m.roughness,
+        ior: m.ior,
+        alpha_cutoff: m.alpha_cutoff.unwrap_or(0.0),
+        normal_scale: m.normal_scale,
+        flags: if m.absorption.is_some() { MATERIAL_SOLID } else { 0 },
+    }
+}
+
+/// In the order of the SLOT_ constants.
+fn references(m: &Material) -> [Option<TextureRef>; SLOTS_PER_MATERIAL as usize] {
+    [
+        m.base_color_texture,
+        m.metallic_roughness_texture,
+        m.normal_texture,
+        m.emission_texture,
+        m.specular_texture,
+        m.specular_color_texture,
+        m.transmission_texture,
+    ]
+}
+
+fn slots(m: &Material) -> [TextureSlot; SLOTS_PER_MATERIAL as usize] {
+    references(m).map(|reference| match reference {
+        None => TextureSlot { texture: NONE, ..Default::default() },
+        Some(r) => TextureSlot {
+            texture: r.texture,
+            uv_set: r.uv_set,
+            row0: r.transform[0].into(),
+            row1: r.transform[1].into(),
+        },
+    })
+}
+
+fn textures(gpu: &Gpu, scene: &Scene) -> Result<Option<TextureArray>> {
+    if !scene.materials.iter().any(|m| references(m).iter().any(Option::is_some)) {
+        return Ok(None);
+    }
+    let textures: Vec<TextureData> = scene
+        .textures
+        .iter()
+        .map(|t| {
+            let image = &scene.images[t.image as usize];
+            TextureData {
+                width: image.width,
+                height: image.height,
+                rgba8: &image.rgba,
+                srgb: t.srgb,
+                wrap: t.wrap,
+                nearest: t.nearest,
+            }
+        })
+        .collect();
+    gpu.texture_array(&textures).map(Some)
+}
+
+fn features(scene: &Scene) -> u32 {
+    let mut features = 0;
+    for m in &scene.materials {
+        // A layer that reflects nothing is a plain Lambertian surface.
+        if m.metallic > 0.0 || m.specular > 0.0 || m.is_transmissive() {
+            features |= FEATURE_SPECULAR;
+        }
+        if m.is_transmissive() {
+            features |= FEATURE_TRANSMISSION;
+        }
+        if m.absorption.is_some_and(|sigma| sigma != Vec3::ZERO) {
+            features |= FEATURE_ABSORPTION;
+        }
+        if m.alpha_cutoff.is_some() {
+            features |= FEATURE_ALPHA;
+        }
+        if is_one_sided(m) {
+            features |= FEATURE_ONE_SIDED;
+        }
+    }
+    if !scene.lights.is_empty() {
+        features |= FEATURE_DELTA_LIGHTS;
+    }
+    features
+}
+
+/// What the software tree and the acceleration structure cannot hold.
+pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
+    // The shader's stack keeps a leaf's first triangle in 28 bits.
+    if scene.triangles.len() >= 1 << 28 {
+        return Err(Error::Device {
+            device: device.into(),
+            fault: format!("the scene has {} triangles; at most 2^28 can be traced", scene.triangles.len()),
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,187 @@
+//! Everything that emits, with the table that chooses among it in proportion to luminous flux.
+
+use crate::scene::{self, Scene, Wrap};
+use crate::shared::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light};
+use crate::{Error, Result};
+use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
+use std::path::Path;
+
+/// Emissive triangles by their place in `order`, then lights without area.
+pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
+    let mut lights = Vec::new();
+    let mut fluxes = Vec::new();
+    for (place, &index) in order.iter().enumerate() {
+        let triangle = &scene.triangles[index as usize];
+        let material = &scene.materials[triangle.material as usize];
+        if material.emission.max_element() <= 0.0 {
+            continue;
+        }
+        let [a, b, c] = triangle.vertices.map(|v| scene.vertices[v as usize].position_w.as_dvec3());
+        let area = 0.5 * (b - a).cross(c - a).length();
+        let mean = mean_emission(scene, triangle);
+        if mean.max_element() > 0.0 && area > 0.0 {
+            fluxes.push(std::f64::consts::PI * area * luminance(mean));
+            lights.push(Light { kind: LIGHT_TRIANGLE, triangle: place as u32, ..Default::default() });
+        }
+    }
+    let (min, max) = scene.bounds();
+    let radius = 0.5 * (max - min).length();
+    for light in &scene.lights {
+        let (light, flux) = delta_light(light, radius);
+        if flux.max_element() > 0.0 {
+            fluxes.push(luminance(flux));
+            lights.push(light);
+        }
+    }
+    if lights.is_empty() {
+        return Err(Error::scene(
+            Path::new("scene"),
+            "nothing emits light: give a material emissiveFactor, or add a light (KHR_lights_punctual)",
+        ));
+    }
+    alias_table(&mut lights, &fluxes);
+    Ok(lights)
+}
+
+fn luminance(c: Vec3) -> f64 {
+    // A blue lamp must not starve: luminance, floored by the mean.
+    let l = c.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+    f64::from(l.max(0.1 * (c.x + c.y + c.z)))
+}
+
+/// A light without area and its flux [lm] (`physics.md`).
+fn delta_light(light: &scene::Light, scene_radius: f32) -> (Light, Vec3) {
+    match *light {
+        scene::Light::Point { position_w, intensity } => (
+            Light {
+                kind: LIGHT_POINT,
+                position_w: position_w.into(),
+                intensity: intensity.into(),
+                ..Default::default()
+            },
+            4.0 * PI * intensity,
+        ),
+        scene::Light::Spot { position_w, direction_w, intensity, inner_cone, outer_cone } => {
+            let (cos_inner, cos_outer) = (inner_cone.cos(), outer_cone.cos());
+            (
+                Light {
+                    kind: LIGHT_SPOT,
+                    position_w: position_w.into(),
+                    direction_w: direction_w.into(),
+                    intensity: intensity.into(),
+                    cos_inner,
+                    cos_outer,
+                    ..Default::default()
+                },
+                // The ramp between the cones, squared, carries a third (see light.glsl).
+                2.0 * PI * ((1.0 - cos_inner) + (cos_inner - cos_outer) / 3.0).max(1e-6) * intensity,
+            )
+        }
+        scene::Light::Directional { direction_w, illuminance } => (
+            Light {
+                kind: LIGHT_DIRECTIONAL,
+                direction_w: direction_w.into(),
+                intensity: illuminance.into(),
+                ..Default::default()
+            },
+            PI * scene_radius * scene_radius * illuminance,
+        ),
+    }
+}
+
+/// Radiance [nit] averaged over a triangle; with a texture, by points spread over it. The estimate
+/// only steers how many photons the triangle emits, so it is kept above zero where any texel shines.
+fn mean_emission(scene: &Scene, triangle: &scene::Triangle) -> Vec3 {
+    let material = &scene.materials[triangle.material as usize];
+    let Some(reference) = material.emission_texture else {
+        return material.emission;
+    };
+    let texture = &scene.textures[reference.texture as usize];
+    let image = &scene.images[texture.image as usize];
+    let uv = triangle.vertices.map(|v| {
+        let uv = scene.vertices[v as usize].uv[reference.uv_set as usize];
+        Vec2::new(
+            reference.transform[0].dot(uv.extend(1.0)),
+            reference.transform[1].dot(uv.extend(1.0)),
+        )
+    });
+    const STRATA: u32 = 16;
+    let mut sum = Vec3::ZERO;
+    for i in 0..STRATA * STRATA {
+        let (x, y) = ((i % STRATA) as f32 + 0.5, (i / STRATA) as f32 + 0.5);
+        let (r, s) = ((x / STRATA as f32).sqrt(), y / STRATA as f32);
+        let p = uv[0] * (1.0 - r) + uv[1] * (r * (1.0 - s)) + uv[2] * (r * s);
+        sum += texel(image, texture.wrap, p, texture.srgb);
+    }
+    let brightest = if image.rgba.chunks_exact(4).any(|t| t[..3] != [0; 3]) { 0.01 } else { 0.0 };
+    material.emission * (sum / (STRATA * STRATA) as f32).max(Vec3::splat(brightest))
+}
+
+fn texel(image: &scene::Image, wrap: [Wrap; 2], uv: Vec2, srgb: bool) -> Vec3 {
+    let place = |wrap: Wrap, x: f32, size: u32| {
+        let x = match wrap {
+            Wrap::Repeat => x - x.floor(),
+            Wrap::Mirror => 1.0 - ((x * 0.5 - (x * 0.5).floor()) * 2.0 - 1.0).abs(),
+            Wrap::Clamp => x.clamp(0.0, 1.0),
+        };
+        ((x * size as f32) as u32).min(size.saturating_sub(1))
+    };
+    let (x, y) = (place(wrap[0], uv.x, image.width), place(wrap[1], uv.y, image.height));
+    let at = (y as usize * image.width as usize + x as usize) * 4;
+    let Some(t) = image.rgba.get(at..at + 3) else {
+        return Vec3::ZERO;
+    };
+    Vec3::from_array([t[0], t[1], t[2]].map(|v| {
+        let v = f32::from(v) / 255.0;
+        match (srgb, v <= 0.04045) {
+            (false, _) => v,
+            (true, true) => v / 12.92,
+            (true, false) => ((v + 0.055) / 1.055).powf(2.4),
+        }
+    }))
+}
+
+/// Alias method (Vose 1991): O(1) choice in proportion to `weights`.
+fn alias_table(lights: &mut [Light], weights: &[f64]) {
+    let total: f64 = weights.iter().sum();
+    let scale = lights.len() as f64 / total;
+    let mut left: Vec<f64> = weights.iter().map(|w| w * scale).collect();
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..left.len()).partition(|&i| left[i] < 1.0);
+    for (i, light) in lights.iter_mut().enumerate() {
+        light.probability = (weights[i] / total) as f32;
+        light.alias_threshold = 1.0;
+        light.alias = i as u32;
+    }
+    while let (Some(s), Some(&l)) = (small.pop(), large.last()) {
+        lights[s].alias_threshold = left[s] as f32;
+        lights[s].alias = l as u32;
+        left[l] -= 1.0 - left[s];
+        if left[l] < 1.0 {
+            large.pop();
+            small.push(l);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alias_table_chooses_in_proportion() {
+        let weights = [1.0, 5.0, 0.25, 3.0, 1e-3];
+        let mut lights = vec![Light::default(); weights.len()];
+        alias_table(&mut lights, &weights);
+        let total: f64 = weights.iter().sum();
+        let mut chosen = vec![0.0; weights.len()];
+        for (i, light) in lights.iter().enumerate() {
+            let keep = f64::from(light.alias_threshold);
+            chosen[i] += keep / weights.len() as f64;
+            chosen[light.alias as usize] += (1.0 - keep) / weights.len() as f64;
+        }
+        for (c, w) in chosen.iter().zip(weights) {
+            assert!((c - w / total).abs() < 1e-6, "{c} for {w}");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Writes the scenes in `scenes/`: `cargo run --release --example make-scenes`.
+//!
+//! They are made here, from nothing, so that they are small, exact and in the public domain.
+
+mod glb;
+mod material;
+mod scenes;
+mod shape;
+
+use std::path::PathBuf;
+
+/// File names in `scenes/` and what is in them.
+fn scenes() -> [(&'static str, Vec<u8>); 6] {
+    [
+        ("cornell.glb", scenes::cornell()),
+        ("ring-caustic.glb", scenes::ring_caustic()),
+        ("water-basin.glb", scenes::water_basin()),
+        ("glass-mirror.glb", scenes::glass_mirror()),
+        ("room.glb", scenes::room()),
+        ("furnace.glb", scenes::furnace()),
+    ]
+}
+
+fn path(name: &str) -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "scenes", name]
+        .iter()
+        .collect()
+}
+
+fn main() -> std::io::Result<()> {
+    for (name, bytes) in scenes() {
+        std::fs::write(path(name), &bytes)?;
+        println!("scenes/{name}: {} bytes", bytes.len());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    /// The committed files are what this code makes.
+    #[test]
+    fn committed_scenes_have_not_drifted() {
+        for (name, bytes) in super::scenes() {
+            let committed = std::fs::read(super::path(name)).unwrap_or_default();
+            assert!(
+                committed == bytes,
+                "scenes/{name}: run `cargo run --release --example make-scenes` and commit"
+            );
+        }
+    }
+
+    /// Every volume of water or glass is closed and faces outwards, or light leaks out of it.
+    #[test]
+    fn volumes_are_closed() {
+        use super::{scenes, shape::Shape};
+        use std::collections::HashMap;
+        let volumes: [(&str, Shape); 4] = [
+            ("sphere", Shape::sphere(2)),
+            ("water", scenes::water()),
+            ("tumbler", scenes::tumbler()),
+            ("ring", scenes::ring()),
+        ];
+        for (name, shape) in volumes {
+            let mut edges: HashMap<_, i32> = HashMap::new();
+            let mut volume = 0.0;
+            for triangle in &shape.triangles {
+                let corners = triangle.map(|index| shape.positions[usize::from(index)]);
+                let [a, b, c] = corners;
+                volume += a.dot(b.cross(c)) / 6.0;
+                let key = corners.map(|p| p.as_vec3().to_array().map(|x| (x + 0.0).to_bits()));
+                for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+                    *edges.entry((key[from], key[to])).or_default() += 1;
+                    *edges.entry((key[to], key[from])).or_default() -= 1;
+                }
+                let face = (b - a).cross(c - a);
+                for index in triangle {
+                    let normal = shape.normals[usize::from(*index)];
+                    assert!(face.dot(normal) > 0.0, "{name}: a normal points inwards");
+                }
+            }
+            assert!(
+                edges.values().all(|&balance| balance == 0),
+                "{name} has a hole"
+            );
+            assert!(volume > 0.0, "{name} is inside out");
+        }
+    }
+}
