@@ -111,9 +111,9 @@ impl Default for Settings {
 /// A length above 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Length {
-    /// (m).
+    /// In metres.
     World(f32),
-    /// (px), as seen from the camera.
+    /// In pixels, as seen from the camera.
     Pixels(f32),
 }
 
