@@ -1,7 +1,7 @@
 // Camera paths through specular events to the first diffuse one (Kern et al. 2023, section 3.3).
 // In: World, Frame. Out: a ViewSample per pixel; in FramePixel the radiance [nit] of emitters met
 // on the way (paths E S* L), and albedo, normal and depth of the first surface.
-// The partition of paths: E S* L here; E S+ L of lights without area here too, at rough reflections,
+// The partition of paths: E S* L here; E S+ L of lights without area here too, at rough surfaces,
 // since no path can hit them; everything with a diffuse event is gathered from photons.
 #version 460
 #include "lib/pass.glsl"
@@ -15,14 +15,14 @@
 
 PUSH(ViewPush);
 
-// Delta lights in the reflection lobe [nit].
-vec3 reflected_delta_lights(World world, Surface s) {
+// Delta lights in the lobes of reflection and transmission [nit].
+vec3 specular_delta_lights(World world, Surface s) {
     vec3 sum = vec3(0.0);
     for (uint i = world.first_delta_light; i < world.light_count; i++) {
         vec3 wi;
         float distance_w;
         vec3 irradiance = delta_irradiance(world.lights.at[i], s.position_w, wi, distance_w);
-        vec3 f = eval_reflection(s, wi) * max(dot(s.normal_s, wi), 0.0) * irradiance;
+        vec3 f = eval_specular(s, wi) * abs(dot(s.normal_s, wi)) * irradiance;
         if (max_component(f) > 0.0 && !occluded(world, leave(s, wi), wi, distance_w)) sum += f;
     }
     return sum;
@@ -44,7 +44,7 @@ void main() {
 
     vec4 u = next4(rng);
     vec3 origin = frame.camera_position_w, direction = camera_direction(frame, pixel, u.xy);
-    vec3 throughput = vec3(1.0);
+    vec3 throughput = vec3(1.0), medium = vec3(0.0);
     float path_length = 0.0;
     for (uint edges = 1u; edges <= frame.max_depth; edges++) {
         Hit hit;
@@ -56,10 +56,10 @@ void main() {
             seen.normal_w = s.normal_s;
             seen.depth = hit.distance_w;
         }
-        throughput *= segment_transmittance(s, hit.distance_w);
+        throughput *= segment_transmittance(s, medium, hit.distance_w);
         seen.emission += throughput * s.emission;
         if (edges == frame.max_depth) break;
-        if (HAS_SPECULAR && HAS_DELTA_LIGHTS) seen.emission += throughput * reflected_delta_lights(world, s);
+        if (HAS_SPECULAR && HAS_DELTA_LIGHTS) seen.emission += throughput * specular_delta_lights(world, s);
 
         BsdfSample event = sample_bsdf(s, true, next4(rng), vec2(0.0));
         if (event.lobe == LOBE_DIFFUSE) {
@@ -80,6 +80,7 @@ void main() {
             if (next4(rng).x >= survival) break;
             throughput /= survival;
         }
+        medium = next_medium(s, medium, event.lobe);
         origin = leave(s, event.wi);
         direction = event.wi;
     }

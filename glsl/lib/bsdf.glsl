@@ -176,18 +176,33 @@ BsdfSample sample_bsdf(Surface s, bool radiance, vec4 u, vec2 v) {
     return result;
 }
 
-// The reflection lobe towards wi, for lights that no path can hit. Zero for a perfect mirror.
-vec3 eval_reflection(Surface s, vec3 wi) {
+// Both specular lobes towards wi, for lights that no path can hit. Zero where the surface is smooth.
+vec3 eval_specular(Surface s, vec3 wi) {
     float cos_o = dot(s.normal_s, s.wo), cos_i = dot(s.normal_s, wi);
-    if (s.alpha <= 0.0 || cos_o <= 0.0 || cos_i <= 0.0 || dot(s.normal_g, wi) <= 0.0) return vec3(0.0);
-    vec3 h = normalize(s.wo + wi);
-    float cos_h = dot(s.wo, h);
+    bool crosses = cos_i < 0.0;
+    if (s.alpha <= 0.0 || cos_o <= 0.0 || cos_i == 0.0 || crosses != (dot(s.normal_g, wi) < 0.0)) return vec3(0.0);
+    if (crosses && (!HAS_TRANSMISSION || s.transmission == 0.0)) return vec3(0.0);
+    float eta = crosses && s.solid ? relative_ior(s) : 1.0;
+    // Walter et al. 2007, eq. 16; a thin wall mirrors wi to the side of wo.
+    vec3 h = s.wo + wi * eta;
+    if (crosses && !s.solid) h -= 2.0 * cos_i * s.normal_s;
+    float n_h = dot(s.normal_s, h);
+    // No microfacet refracts one into the other.
+    if (dot(h, h) == 0.0) return vec3(0.0);
+    h = normalize(n_h < 0.0 ? -h : h);
+    n_h = dot(s.normal_s, h);
+    float o_h = dot(s.wo, h), i_h = dot(wi, h);
+    if (o_h <= 0.0) return vec3(0.0);
     // 1 - (n·h)² by the cross product: no cancellation near the peak.
     vec3 sine = cross(s.normal_s, h);
-    float n_h = dot(s.normal_s, h);
     float a2 = s.alpha * s.alpha;
     float d = a2 / (PI * square(dot(sine, sine) + a2 * n_h * n_h));
-    float g2 = 1.0 / (1.0 + smith_lambda(cos_o, s.alpha) + smith_lambda(cos_i, s.alpha));
-    vec3 f = fresnel_reflection(s, fresnel_layer(s, cos_h), cos_h);
-    return f * (d * g2 / (4.0 * cos_o * cos_i));
+    float lo = smith_lambda(cos_o, s.alpha), li = smith_lambda(abs(cos_i), s.alpha);
+    vec3 layer = fresnel_layer(s, o_h);
+    if (!crosses) return fresnel_reflection(s, layer, o_h) * (d / ((1.0 + lo + li) * 4.0 * cos_o * cos_i));
+    vec3 tint = s.base_color * ((1.0 - s.metallic) * s.transmission * (1.0 - max_component(layer)));
+    float g = d / ((1.0 + lo) * (1.0 + li));
+    if (!s.solid) return tint * (g / (4.0 * cos_o * -cos_i));
+    if (i_h >= 0.0) return vec3(0.0);
+    return tint * (g * o_h * -i_h / (cos_o * -cos_i * square(eta * i_h + o_h)));
 }
