@@ -176,7 +176,7 @@ fn structure(gpu: &Gpu, positions: &Buffer<[f32; 3]>, groups: [u32; 5]) -> Resul
             custom_index: first_group as u32,
             mask: 0xff,
             facing_cull_disable: first_group == 0,
-            front_ccw: true,
+            front_ccw: false,
         });
         all.push(blas);
     }
