@@ -1,6 +1,6 @@
 //! Light paths: emission, storage without loss, and the order of the photons.
 
-use crate::gpu::{Buffer, Commands, Gpu, Pass, Timings};
+use crate::gpu::{DeviceKind, Buffer, Commands, Gpu, Pass, Timings};
 use crate::shaders::spirv;
 use crate::shared::{CULL_CELLS, Counters, CullPush, EmitPush, FEATURE_LEDGER, Frame, Photon, PhotonKeysPush};
 use crate::sort::{Scan, Sort};
@@ -21,6 +21,7 @@ pub struct Photons {
     sort: Sort,
     mask: Buffer<u32>,
     counters: Buffer<Counters>,
+    paths_per_thread: u32,
     pub photons: Buffer<Photon>,
     /// Photons of each path; then, scanned, where each path's begin.
     path_photons: Buffer<u32>,
@@ -31,11 +32,18 @@ impl Photons {
     /// For `paths` light paths of up to `max_depth` edges an iteration.
     pub fn new(gpu: &Gpu, world: &World, paths: u32, max_depth: u32, ledger: bool) -> Result<Self> {
         let capacity = first_capacity(paths);
+        let paths_per_thread = paths_per_thread(gpu);
         let features = world.features | if ledger { FEATURE_LEDGER } else { 0 };
         let emit = format!("emit.{}", world.variant());
         Ok(Self {
             cull: gpu.pass("cull", spirv("cull")?, &[], None)?,
-            emit: gpu.pass("emit", spirv(&emit)?, &[features, world.stack_size], world.textures.as_ref())?,
+            emit: gpu.pass(
+                "emit",
+                spirv(&emit)?,
+                &[features, world.stack_size, paths_per_thread],
+                world.textures.as_ref(),
+            )?,
+            paths_per_thread,
             keys: gpu.pass("sort", spirv("photon_keys")?, &[], None)?,
             scan: Scan::new(gpu, paths as usize + 1)?,
             sort: Sort::new(gpu, capacity)?,
@@ -87,8 +95,7 @@ impl Photons {
             path_slots: self.path_slots.ptr(),
             counters: self.counters.ptr(),
         };
-        // One thread more: it ends the list of counts.
-        commands.dispatch(&self.emit, &push, paths as usize + 1);
+        commands.dispatch(&self.emit, &push, paths.div_ceil(self.paths_per_thread) as usize);
         let timings = commands.submit()?;
         let counters = gpu.read(&self.counters, 0..1)?;
         Ok((counters.first().copied().unwrap_or_default(), timings))
@@ -124,4 +131,12 @@ impl Photons {
 /// Enough for most scenes; others grow.
 fn first_capacity(paths: u32) -> usize {
     (paths as usize * 2).max(1024)
+}
+
+/// A CPU device runs few threads at once, a GPU needs many to hide its memory.
+fn paths_per_thread(gpu: &Gpu) -> u32 {
+    match gpu.info().kind {
+        DeviceKind::Cpu => 32,
+        _ => 4,
+    }
 }

@@ -46,6 +46,8 @@ shaders! {
     "rtpm.tree" "rtpm/tree.comp" [],
     "rtpm.gather.software" "rtpm/gather.comp" [],
     "rtpm.gather.query" "rtpm/gather.comp" ["TRACE_QUERY"],
+    "doctor.addresses" "doctor/addresses.comp" [],
+    "doctor.boxes" "doctor/boxes.comp" [],
 }
 
 static SPIRV: Dir = include_dir!("$CARGO_MANIFEST_DIR/glsl/spirv");

@@ -15,6 +15,8 @@
 
 PUSH(EmitPush);
 
+layout(constant_id = 2) const uint PATHS_PER_THREAD = 1u;
+
 bool is_culled(Frame frame, vec3 position_w) {
     if (frame.cull == 0u) return false;
     uint bit = cull_cell_hash(ivec3(floor(cull_cell_position(position_w, max(frame.radius[MAP_CAUSTIC], frame.radius[MAP_GLOBAL])))));
@@ -30,78 +32,104 @@ float shading_ratio(Surface s) {
     return cos_g > 0.0 ? max(cos_s, 0.0) / cos_g : 0.0;
 }
 
-void main() {
-    Frame frame = push.frame.at[0];
-    uint path = thread_index();
-    if (path >= frame.paths) {
-        if (path == frame.paths) push.path_photons.at[path] = 0u;
+struct LightPath {
+    uint index;
+    Rng rng;
+    vec3 origin_w;
+    vec3 direction_w;
+    vec3 flux;
+    // Average over the channels at the light.
+    float emitted;
+    uint edges;
+    uint stored;
+    bool specular_only;
+};
+
+LightPath begin(World world, Frame frame, uint index) {
+    Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
+    uvec4 bits = next_bits(rng);
+    vec4 u = unit_floats(bits), v = next4(rng);
+    Emission e = emit_photon(world, choose_light(world, bits.x, u.y), frame.paths, u.zw, v.xy);
+    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, average(e.flux), 1u, 0u, true);
+}
+
+void store(Frame frame, Surface s, inout LightPath path) {
+    uint map = path.edges > 1u && path.specular_only ? MAP_CAUSTIC : MAP_GLOBAL;
+    float keep = map == MAP_GLOBAL ? 1.0 - frame.reject : 1.0;
+    if (keep < 1.0 && next4(path.rng).x >= keep) {
+        COUNT(rejected);
         return;
     }
-    World world = push.world.at[0];
-    Rng rng = Rng(frame.seed, frame.iteration, path, STREAM_PHOTON);
-
-    vec4 u = next4(rng), v = next4(rng);
-    Emission e = emit_photon(world, choose_light(world, u.x, u.y), frame.paths, u.zw, v.xy);
-    vec3 origin = e.origin_w, direction = e.direction_w, flux = e.flux;
-    float emitted = average(flux);
-    bool specular_only = true;
-    uint stored = 0u;
-
-    // A path has an edge to the eye too, so the photon's own number at most max_depth - 1.
-    for (uint edges = 1u;; edges++) {
-        if (!(average(flux) > 0.0)) {
-            COUNT(absorbed);
-            break;
-        }
-        if (edges == frame.max_depth) {
-            COUNT(too_long);
-            break;
-        }
-        Hit hit;
-        if (!trace(world, origin, direction, hit)) {
-            COUNT(escaped);
-            break;
-        }
-        Surface s = surface_at(world, hit.triangle, hit.bary, -direction);
-        flux *= segment_transmittance(s, hit.distance_w);
-
-        if (max_component(diffuse_color(s)) > 0.0) {
-            uint map = edges > 1u && specular_only ? MAP_CAUSTIC : MAP_GLOBAL;
-            float keep = map == MAP_GLOBAL ? 1.0 - frame.reject : 1.0;
-            if (keep < 1.0 && next4(rng).x >= keep) {
-                COUNT(rejected);
-            } else if (is_culled(frame, s.position_w)) {
-                COUNT(culled);
-            } else {
-                uint slot = atomicAdd(push.counters.at[0].photons, 1u);
-                if (slot < frame.capacity) {
-                    Photon photon;
-                    photon.position_w = s.position_w;
-                    photon.power = pack_power(flux * (shading_ratio(s) / keep), s.wo, s.normal_g, edges);
-                    push.photons.at[slot] = photon;
-                    push.path_slots.at[path * frame.max_depth + stored++] = slot | map << 31;
-                    if (map == MAP_CAUSTIC) atomicAdd(push.counters.at[0].caustic_photons, 1u);
-                }
-            }
-        }
-
-        BsdfSample event = sample_bsdf(s, false, next4(rng), next4(rng).xy);
-        specular_only = specular_only && event.lobe != LOBE_DIFFUSE;
-        // Shading normals make flux non-symmetric (Veach 1997, section 5.3).
-        float adjoint = shading_ratio(s) * abs(dot(event.wi, s.normal_g)) / max(abs(dot(event.wi, s.normal_s)), 1e-6);
-        flux *= event.lobe == LOBE_NONE ? vec3(0.0) : event.weight * adjoint;
-
-        // Russian roulette with the average throughput, after storing.
-        float survival = min(1.0, average(flux) / emitted);
-        if (survival < 1.0 && survival > 0.0) {
-            if (next4(rng).x >= survival) {
-                COUNT(terminated);
-                break;
-            }
-            flux /= survival;
-        }
-        origin = leave(s, event.wi);
-        direction = event.wi;
+    if (is_culled(frame, s.position_w)) {
+        COUNT(culled);
+        return;
     }
-    push.path_photons.at[path] = stored;
+    uint slot = atomicAdd(push.counters.at[0].photons, 1u);
+    if (slot >= frame.capacity) return;
+    Photon photon;
+    photon.position_w = s.position_w;
+    photon.power = pack_power(path.flux * (shading_ratio(s) / keep), s.wo, s.normal_g, path.edges);
+    push.photons.at[slot] = photon;
+    push.path_slots.at[path.index * frame.max_depth + path.stored++] = slot | map << 31;
+    if (map == MAP_CAUSTIC) atomicAdd(push.counters.at[0].caustic_photons, 1u);
+}
+
+// One more edge; false where the path ends.
+bool extend(World world, Frame frame, inout LightPath path) {
+    if (!(average(path.flux) > 0.0)) {
+        COUNT(absorbed);
+        return false;
+    }
+    // A path has an edge to the eye too, so the photon's own number at most max_depth - 1.
+    if (path.edges == frame.max_depth) {
+        COUNT(too_long);
+        return false;
+    }
+    Hit hit;
+    if (!trace(world, path.origin_w, path.direction_w, hit)) {
+        COUNT(escaped);
+        return false;
+    }
+    Surface s = surface_at(world, hit.triangle, hit.bary, -path.direction_w);
+    path.flux *= segment_transmittance(s, hit.distance_w);
+    if (max_component(diffuse_color(s)) > 0.0) store(frame, s, path);
+
+    BsdfSample event = sample_bsdf(s, false, next4(path.rng), next4(path.rng).xy);
+    path.specular_only = path.specular_only && event.lobe != LOBE_DIFFUSE;
+    // Shading normals make flux non-symmetric (Veach 1997, section 5.3).
+    float adjoint = shading_ratio(s) * abs(dot(event.wi, s.normal_g)) / max(abs(dot(event.wi, s.normal_s)), 1e-6);
+    path.flux *= event.lobe == LOBE_NONE ? vec3(0.0) : event.weight * adjoint;
+
+    // Russian roulette with the average throughput, after storing.
+    float survival = min(1.0, average(path.flux) / path.emitted);
+    if (survival < 1.0 && survival > 0.0) {
+        if (next4(path.rng).x >= survival) {
+            COUNT(terminated);
+            return false;
+        }
+        path.flux /= survival;
+    }
+    path.origin_w = leave(s, event.wi);
+    path.direction_w = event.wi;
+    path.edges++;
+    return true;
+}
+
+// A thread traces PATHS_PER_THREAD paths, and starts the next where one ends: neighbouring threads
+// run in step, and would otherwise wait for the longest path among them.
+void main() {
+    Frame frame = push.frame.at[0];
+    uint thread = thread_index(), threads = (frame.paths + PATHS_PER_THREAD - 1u) / PATHS_PER_THREAD;
+    // Ends the list of counts.
+    if (thread == 0u) push.path_photons.at[frame.paths] = 0u;
+    if (thread >= threads) return;
+    World world = push.world.at[0];
+    LightPath path = begin(world, frame, thread);
+    for (;;) {
+        if (extend(world, frame, path)) continue;
+        push.path_photons.at[path.index] = path.stored;
+        uint next = path.index + threads;
+        if (next >= frame.paths) return;
+        path = begin(world, frame, next);
+    }
 }

@@ -24,6 +24,6 @@ uvec4 pcg4d(uvec4 v) {
 
 vec4 unit_floats(uvec4 bits) { return vec4(bits >> 8u) * 5.9604644775390625e-8; }
 
-vec4 next4(inout Rng rng) {
-    return unit_floats(pcg4d(uvec4(rng.path, rng.dimension++, rng.iteration, rng.seed)));
-}
+uvec4 next_bits(inout Rng rng) { return pcg4d(uvec4(rng.path, rng.dimension++, rng.iteration, rng.seed)); }
+
+vec4 next4(inout Rng rng) { return unit_floats(next_bits(rng)); }

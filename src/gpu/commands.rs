@@ -15,7 +15,7 @@ use super::recorder::{MAX_TIMED, Recorder};
 use crate::{Error, Result};
 
 /// Milliseconds on the device of each labelled part, in recording order; 0 where the device has no
-/// timestamps, and for parts after the first [`MAX_TIMED`].
+/// timestamps, and for parts after the first 1024.
 pub type Timings = Vec<(&'static str, f64)>;
 
 /// Work groups along one dimension that every Vulkan device allows.

@@ -254,7 +254,7 @@ fn choose(infos: &[DeviceInfo], wanted: Option<&str>) -> Result<usize> {
     let by_name = || {
         infos
             .iter()
-            .position(|info| info.name.to_lowercase().contains(&lower))
+            .position(|info| !lower.is_empty() && info.name.to_lowercase().contains(&lower))
     };
     let index = by_index.or_else(by_name).ok_or_else(|| Error::Option {
         option: "--device",
@@ -283,4 +283,89 @@ fn names(infos: &[DeviceInfo]) -> String {
         .map(|info| format!("{} ({})", info.index, info.name))
         .collect();
     names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{DeviceKind, TextureData};
+    use super::*;
+    use crate::{scene::Wrap, shaders};
+
+    /// The validation layer reports, when the device goes, what is still there.
+    #[test]
+    fn nothing_outlives_the_device() {
+        let options = OpenOptions {
+            device: None,
+            validate: true,
+        };
+        let (instance, physical, info) = find(&options).unwrap();
+        let messages = instance.messages.clone();
+        let gpu = Gpu::create(instance, physical, info).unwrap();
+        let caps = gpu.info().caps.clone();
+        let buffer = gpu.upload("words", &[0u32; 100]).unwrap();
+        let spirv = shaders::spirv("doctor.addresses").unwrap();
+        let texture = TextureData {
+            width: 1,
+            height: 1,
+            rgba8: &[0; 4],
+            srgb: true,
+            wrap: [Wrap::Mirror; 2],
+            nearest: false,
+        };
+        let textures = caps
+            .descriptor_indexing
+            .then(|| gpu.texture_array(&[texture; 3]).unwrap());
+        let pass = gpu.pass("pass", spirv, &[], textures.as_ref()).unwrap();
+        let structures = caps.ray_query.then(|| {
+            let blas = gpu.triangle_blas("triangles", &[]).unwrap();
+            (blas, gpu.box_blas("boxes", 5), gpu.tlas("tlas", 5))
+        });
+        let mut commands = gpu.commands().unwrap();
+        commands.fill(&buffer, 1);
+        let mut never_submitted = gpu.commands().unwrap();
+        never_submitted.fill(&buffer, 2);
+        commands.submit().unwrap();
+        let device = Arc::downgrade(&gpu.shared);
+        drop((gpu, textures, pass, structures, never_submitted));
+        assert!(device.upgrade().is_some(), "the buffer keeps the device");
+        drop(buffer);
+        assert!(device.upgrade().is_none());
+        assert_eq!(*lock(&messages), Vec::<String>::new());
+    }
+
+    fn info(index: usize, name: &str, kind: DeviceKind, missing: Vec<&'static str>) -> DeviceInfo {
+        DeviceInfo {
+            index,
+            name: name.to_owned(),
+            driver: String::new(),
+            kind,
+            api_version: (1, 3, 0),
+            caps: crate::gpu::Caps {
+                missing,
+                ..Default::default()
+            },
+        }
+    }
+
+    #[test]
+    fn the_best_usable_device_is_chosen() {
+        use DeviceKind::{Cpu, Discrete, Integrated};
+        let infos = [
+            info(0, "llvmpipe", Cpu, vec![]),
+            info(1, "Old 9800", Discrete, vec!["scalarBlockLayout"]),
+            info(2, "Arc 770", Discrete, vec![]),
+            info(3, "Iris 2", Integrated, vec![]),
+        ];
+        assert_eq!(choose(&infos, None).unwrap(), 2);
+        assert_eq!(choose(&infos[..2], None).unwrap(), 0);
+        assert_eq!(choose(&infos, Some("iris")).unwrap(), 3);
+        // An index wins over a name; a number that is no index is part of a name.
+        assert_eq!(choose(&infos, Some("0")).unwrap(), 0);
+        assert_eq!(choose(&infos, Some("770")).unwrap(), 2);
+        let lacking = choose(&infos, Some("9800")).unwrap_err().to_string();
+        assert!(choose(&infos, Some("")).is_err());
+        assert!(lacking.contains("Old 9800") && lacking.contains("scalarBlockLayout"));
+        let none = choose(&infos[1..2], None).unwrap_err();
+        assert!(matches!(&none, Error::NoDevice(text) if text.contains("mesa-vulkan-drivers")));
+    }
 }

@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::buffer::Ptr;
 
-/// Triangles of a [`Blas`]; in shaders a geometry index.
+/// Triangles of a [`Blas`](super::Blas); in shaders a geometry index.
 #[derive(Debug, Clone, Copy)]
 pub struct TriangleGeometry {
     /// Three positions per triangle, not indexed; the caller keeps the buffer alive.
@@ -16,7 +16,7 @@ pub struct TriangleGeometry {
     pub opaque: bool,
 }
 
-/// A place of a [`Blas`] or [`BoxBlas`] in a [`Tlas`], at the origin, unrotated.
+/// A place of a [`Blas`](super::Blas) or [`BoxBlas`](super::BoxBlas) in a [`Tlas`](super::Tlas), at the origin, unrotated.
 #[derive(Debug, Clone, Copy)]
 pub struct Instance {
     pub blas_address: u64,
@@ -81,7 +81,11 @@ pub(super) fn triangles(
         .vertex_format(vk::Format::R32G32B32_SFLOAT)
         .vertex_data(const_address(first.address()))
         .vertex_stride(size_of::<[f32; 3]>() as u64)
-        .max_vertex((3 * geometry.triangles as u32).saturating_sub(1))
+        .max_vertex(
+            (geometry.triangles as u32)
+                .saturating_mul(3)
+                .saturating_sub(1),
+        )
         .index_type(vk::IndexType::NONE_KHR);
     let flags = match geometry.opaque {
         true => vk::GeometryFlagsKHR::OPAQUE,

@@ -66,6 +66,12 @@ impl DeviceInfo {
     pub fn usable(&self) -> bool {
         self.caps.missing.is_empty()
     }
+
+    /// Ray query runs on ray tracing cores, as far as Vulkan tells: what `--trace auto` goes by. A
+    /// CPU device's ray query loses to our own traversal.
+    pub fn traces_in_hardware(&self) -> bool {
+        self.caps.ray_query && self.kind != DeviceKind::Cpu
+    }
 }
 
 /// Asks the driver about `physical`, the device at `index` of its list.
