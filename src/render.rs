@@ -327,7 +327,7 @@ fn choose_trace(gpu: &Gpu, wish: Trace) -> Result<Trace> {
             device: info.name.clone(),
             fault: "no ray queries here (VK_KHR_ray_query); use --trace software".into(),
         }),
-        Trace::Auto if info.caps.ray_query && info.kind != DeviceKind::Cpu => Ok(Trace::Query),
+        Trace::Auto if info.traces_in_hardware() => Ok(Trace::Query),
         Trace::Auto => Ok(Trace::Software),
         wish => Ok(wish),
     }

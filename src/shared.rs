@@ -109,10 +109,14 @@ pub fn glsl_header() -> String {
         header.text += &format!("const uint {name} = {value}u;\n");
     }
     header.text += &format!("const uint GROUP_SIZE = {GROUP_SIZE}u;\n");
+    header.text += &format!("const float FOLD_COSINE = {FOLD_COSINE:?};\n");
     <Ptr<f32>>::declare(&mut header);
     declare_structs(&mut header);
     header.text
 }
+
+/// Faces whose normals differ by more are folded: no photon counts across, and no kernel reaches.
+pub const FOLD_COSINE: f32 = 0.5;
 
 shared_constants! {
     /// "There is none": no texture, no hit, no child.
@@ -123,7 +127,9 @@ shared_constants! {
     LIGHT_SPOT = 2;
     LIGHT_DIRECTIONAL = 3;
     /// [`TriangleShading::material`]: the low bits index the material.
-    TRIANGLE_MATERIAL_MASK = 0x3fff_ffff;
+    TRIANGLE_MATERIAL_MASK = 0x07ff_ffff;
+    /// Edge i, from corner i to corner i + 1, is this bit shifted by i: the surface ends or folds there.
+    TRIANGLE_EDGE = 0x0800_0000;
     /// The triangle is not there where its texture's alpha is below the cut-off.
     TRIANGLE_ALPHA = 0x4000_0000;
     /// The triangle is not there seen from behind (glTF: doubleSided false).
@@ -301,6 +307,10 @@ shared_structs! {
         depth: u32,
         /// Of the pixel at this distance [m].
         footprint: f32,
+        /// The two nearest edges where the surface ends or folds: distance [m] and, octahedral, the
+        /// direction from the edge to here.
+        edge_distance: [f32; 2],
+        edge_normal: [u32; 2],
     }
 
     /// A photon as emission leaves it. With its box (24 bytes) it takes 40 (Kern et al. 2023, table 2).

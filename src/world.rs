@@ -1,5 +1,6 @@
 //! The scene on the device, summed up in one struct of addresses.
 
+mod edges;
 mod lights;
 
 use crate::bvh::{SceneTree, morton_order};
@@ -61,7 +62,8 @@ impl World {
         };
 
         let positions: Vec<[f32; 3]> = order.iter().flat_map(|&t| corners[t as usize].map(Into::into)).collect();
-        let triangles: Vec<TriangleShading> = order.iter().map(|&t| shading(scene, t)).collect();
+        let folded = edges::folded_edges(scene, &corners);
+        let triangles: Vec<TriangleShading> = order.iter().map(|&t| shading(scene, t, folded[t as usize])).collect();
         let lights = lights::lights(scene, &order)?;
         let features = features(scene);
         let textures = textures(gpu, scene)?;
@@ -191,10 +193,10 @@ fn structure(gpu: &Gpu, positions: &Buffer<[f32; 3]>, groups: [u32; 5]) -> Resul
     Ok((all, tlas))
 }
 
-fn shading(scene: &Scene, triangle: u32) -> TriangleShading {
+fn shading(scene: &Scene, triangle: u32, folded: u32) -> TriangleShading {
     let t = &scene.triangles[triangle as usize];
     let material = &scene.materials[t.material as usize];
-    let mut word = t.material;
+    let mut word = t.material | folded * TRIANGLE_EDGE;
     if is_one_sided(material) {
         word |= TRIANGLE_ONE_SIDED;
     }
@@ -306,6 +308,9 @@ fn features(scene: &Scene) -> u32 {
 
 /// What the software tree and the acceleration structure cannot hold.
 pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
+    if scene.materials.len() > TRIANGLE_MATERIAL_MASK as usize {
+        return Err(Error::Device { device: device.into(), fault: "more than 2^27 materials".into() });
+    }
     // The shader's stack keeps a leaf's first triangle in 28 bits.
     if scene.triangles.len() >= 1 << 28 {
         return Err(Error::Device {

@@ -6,6 +6,7 @@
 #include "lib/pass.glsl"
 #include "lib/math.glsl"
 #include "lib/rng.glsl"
+#include "lib/sequence.glsl"
 #include "lib/bsdf.glsl"
 #include "lib/surface.glsl"
 #include "lib/trace.glsl"
@@ -45,11 +46,17 @@ struct LightPath {
     bool specular_only;
 };
 
+// The light, the place on it and the direction come from sequences that go on over the iterations,
+// so that the photons of all of them together cover the lights evenly; the rest of the path is random.
 LightPath begin(World world, Frame frame, uint index) {
+    uint high, low, carry;
+    umulExtended(frame.iteration, frame.paths, high, low);
+    low = uaddCarry(low, index, carry);
+    uint seed = mix_seed(frame.seed ^ mix_seed(STREAM_PHOTON + high + carry));
+    vec2 choice = sequence_pair(low, seed);
+    uint light = choose_light(world, choice.x, choice.y);
+    Emission e = emit_photon(world, light, frame.paths, sequence_pair(low, seed + 1u), sequence_pair(low, seed + 2u));
     Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
-    uvec4 bits = next_bits(rng);
-    vec4 u = unit_floats(bits), v = next4(rng);
-    Emission e = emit_photon(world, choose_light(world, bits.x, u.y), frame.paths, u.zw, v.xy);
     return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, average(e.flux), 1u, 0u, true);
 }
 

@@ -7,6 +7,7 @@
 #include "lib/pass.glsl"
 #include "lib/math.glsl"
 #include "lib/rng.glsl"
+#include "lib/sequence.glsl"
 #include "lib/bsdf.glsl"
 #include "lib/surface.glsl"
 #include "lib/trace.glsl"
@@ -28,6 +29,30 @@ vec3 reflected_delta_lights(World world, Surface s) {
     return sum;
 }
 
+// The two nearest edges of the triangle at which the surface ends or folds (see lib/kernel.glsl).
+void find_edges(World world, uint triangle, Surface s, inout ViewSample result) {
+    result.edge_distance = vec2(3.0e38);
+    result.edge_normal = uvec2(0u);
+    uint flags = world.triangles.at[triangle].material / TRIANGLE_EDGE & 7u;
+    if (flags == 0u) return;
+    Corners c = corners_of(world, triangle);
+    for (uint i = 0u; i < 3u; i++) {
+        if ((flags >> i & 1u) == 0u) continue;
+        vec3 from = i == 0u ? c.p0 : i == 1u ? c.p1 : c.p2, to = i == 0u ? c.p1 : i == 1u ? c.p2 : c.p0;
+        vec3 inward = normalize(cross(s.normal_g, normalize(to - from)));
+        float d = dot(s.position_w - from, inward);
+        uint normal = pack_direction(d >= 0.0 ? inward : -inward);
+        d = abs(d);
+        if (d < result.edge_distance.x) {
+            result.edge_distance = vec2(d, result.edge_distance.x);
+            result.edge_normal = uvec2(normal, result.edge_normal.x);
+        } else if (d < result.edge_distance.y) {
+            result.edge_distance.y = d;
+            result.edge_normal.y = normal;
+        }
+    }
+}
+
 void main() {
     Frame frame = push.frame.at[0];
     uvec2 pixel;
@@ -42,8 +67,10 @@ void main() {
     seen.emission = seen.caustic = seen.global = seen.albedo = seen.normal_w = vec3(0.0);
     seen.depth = 0.0;
 
-    vec4 u = next4(rng);
-    vec3 origin = frame.camera_position_w, direction = camera_direction(frame, pixel, u.xy);
+    // The place in the pixel and the first event go through a sequence over the iterations.
+    uint seed = mix_seed(frame.seed ^ mix_seed(STREAM_VIEW + index));
+    vec3 origin = frame.camera_position_w;
+    vec3 direction = camera_direction(frame, pixel, sequence_pair(frame.iteration, seed));
     vec3 throughput = vec3(1.0);
     float path_length = 0.0;
     for (uint edges = 1u; edges <= frame.max_depth; edges++) {
@@ -61,7 +88,10 @@ void main() {
         if (edges == frame.max_depth) break;
         if (HAS_SPECULAR && HAS_DELTA_LIGHTS) seen.emission += throughput * reflected_delta_lights(world, s);
 
-        BsdfSample event = sample_bsdf(s, true, next4(rng), vec2(0.0));
+        vec4 u = edges == 1u
+            ? vec4(sequence_pair(frame.iteration, seed + 1u), sequence_pair(frame.iteration, seed + 2u))
+            : next4(rng);
+        BsdfSample event = sample_bsdf(s, true, u, vec2(0.0));
         if (event.lobe == LOBE_DIFFUSE) {
             result.position_w = s.position_w;
             result.weight = throughput * diffuse_color(s) / (PI * event.probability);
@@ -69,6 +99,7 @@ void main() {
             result.normal_g = pack_direction(s.normal_g);
             result.fresnel = packHalf2x16(vec2(max_component(s.f0), s.f90));
             result.depth = edges;
+            find_edges(world, hit.triangle, s, result);
             result.footprint = path_length * 2.0 * length(frame.camera_up_w) / float(frame.size.y);
             break;
         }

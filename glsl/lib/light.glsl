@@ -27,10 +27,8 @@ float sample_spot_cosine(Light light, float u, out float total) {
     return x < ramp ? light.cos_outer + width * pow(3.0 * x / width, 1.0 / 3.0) : knee + (x - ramp);
 }
 
-// All 32 bits choose the row: floats of 24 would favour some of a million lights.
-uint choose_light(World world, uint row_bits, float u_alias) {
-    uint row, low;
-    umulExtended(row_bits, world.light_count, row, low);
+uint choose_light(World world, float u_row, float u_alias) {
+    uint row = min(uint(u_row * float(world.light_count)), world.light_count - 1u);
     Light light = world.lights.at[row];
     return u_alias < light.alias_threshold ? row : light.alias;
 }

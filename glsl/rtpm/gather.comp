@@ -1,5 +1,5 @@
 // Radiance from one photon map at each view sample: L = Σ f_r Φ / (π r²), no cosine (Kern et al.
-// 2023, section 3.6), by full evaluation or by stochastic evaluation of a reservoir of photons
+// 2023, section 3.6), the area clipped at edges (see lib/kernel.glsl); by full evaluation or by stochastic evaluation of a reservoir of photons
 // (section 3.8; Vitter 1985).
 // In: ViewSamples, PhotonMaps, the map's radius [m]. Out: FramePixel.caustic or .global [nit].
 #version 460
@@ -9,6 +9,7 @@
 #include "lib/bsdf.glsl"
 #include "lib/camera.glsl"
 #include "lib/photon.glsl"
+#include "lib/kernel.glsl"
 #include "lib/near.glsl"
 
 PUSH(GatherPush);
@@ -19,6 +20,9 @@ vec3 wo;
 vec3 normal_g;
 vec2 fresnel;
 uint longest;
+// The sample lies within a radius of an edge.
+bool clipped;
+vec3 edge_normal[2];
 
 vec3 sum = vec3(0.0);
 uint found = 0u;
@@ -30,7 +34,12 @@ uint kept[STOCHASTIC ? RESERVOIR_MAX : 1u];
 bool accepts(PhotonPower p) {
     return photon_edges(p) <= longest
         && dot(unpack_direction(p.wi), normal_g) > 0.0
-        && dot(unpack_direction(p.normal_g), normal_g) > 0.5;
+        && dot(unpack_direction(p.normal_g), normal_g) > FOLD_COSINE;
+}
+
+bool lies_beyond_edge(vec3 photon_w) {
+    vec3 d = photon_w - view.position_w;
+    return dot(d, edge_normal[0]) < -view.edge_distance.x || dot(d, edge_normal[1]) < -view.edge_distance.y;
 }
 
 // Without view.weight, which all photons share.
@@ -40,7 +49,7 @@ vec3 evaluate(PhotonPower p) {
 
 void visit_photon(uint index) {
     PhotonPower p = maps.power.at[index];
-    if (!accepts(p)) return;
+    if (!accepts(p) || clipped && lies_beyond_edge(maps.positions_w.at[index])) return;
     if (!STOCHASTIC) {
         sum += evaluate(p);
         return;
@@ -65,6 +74,12 @@ void main() {
     if (STOCHASTIC) rng = Rng(frame.seed, frame.iteration, index, STREAM_GATHER + (push.map << 24));
 
     float radius = frame.radius[push.map];
+    float area = PI * radius * radius;
+    clipped = view.edge_distance.x < radius;
+    if (clipped) {
+        for (int i = 0; i < 2; i++) edge_normal[i] = unpack_direction(view.edge_normal[i]);
+        area = clipped_disc_area(radius, view.edge_distance, dot(edge_normal[0], edge_normal[1]));
+    }
     find_near(maps, push.map, view.position_w, radius);
 
     if (STOCHASTIC && found > 0u) {
@@ -72,7 +87,7 @@ void main() {
         for (uint i = 0u; i < n; i++) sum += evaluate(maps.power.at[kept[i]]);
         sum *= float(found) / float(n);
     }
-    vec3 radiance = view.weight * sum / (PI * radius * radius);
+    vec3 radiance = view.weight * sum / area;
     if (push.map == MAP_CAUSTIC) push.pixels.at[index].caustic = radiance;
     else push.pixels.at[index].global = radiance;
 }
