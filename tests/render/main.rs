@@ -3,5 +3,10 @@
 
 mod check;
 mod closed_forms;
+mod estimators;
 mod furnace;
+mod limits;
+mod optics;
+mod repeatable;
 mod shapes;
+mod showroom;
