@@ -78,14 +78,14 @@ impl Estimate {
     }
 }
 
-/// Estimates of what `sums` measures in a layer; it must be linear in the pixels, as the value of
+/// Estimates of what `measure` finds in a picture; it must be linear in the pixels, as the value of
 /// an iteration alone is got back from the running means.
-pub fn estimate(renderer: &mut Renderer, iterations: u32, name: &str, sums: impl Fn(&[f32]) -> Vec<f64>) -> Vec<Estimate> {
+pub fn estimate(renderer: &mut Renderer, iterations: u32, measure: impl Fn(&Picture) -> Vec<f64>) -> Vec<Estimate> {
     let mut samples: Vec<Vec<f64>> = Vec::new();
     let mut before = Vec::new();
     for n in 1..=iterations {
         renderer.iterate().unwrap();
-        let total: Vec<f64> = sums(layer(&renderer.picture().unwrap(), name)).iter().map(|s| s * f64::from(n)).collect();
+        let total: Vec<f64> = measure(&renderer.picture().unwrap()).iter().map(|s| s * f64::from(n)).collect();
         before.resize(total.len(), 0.0);
         samples.resize(total.len(), Vec::new());
         for i in 0..total.len() {
@@ -142,7 +142,7 @@ pub fn check(scene: &Scene, settings: &Settings, iterations: u32, name: &str, ra
     for trace in device.traversals() {
         let settings = Settings { trace, ..settings.clone() };
         let mut renderer = Renderer::new(&device, scene, &settings).unwrap();
-        let found = estimate(&mut renderer, iterations, name, block_means);
+        let found = estimate(&mut renderer, iterations, |picture| block_means(layer(picture, name)));
         println!("{trace:?}: mean {:.5} ± {:.5} of the truth", found[0].mean / truth[0], found[0].error / truth[0]);
         for (block, (f, t)) in found.iter().zip(&truth).enumerate() {
             let (off, sigma, percent) = ((f.mean - t).abs(), SIGMAS * f.error, 0.005 * t.abs());

@@ -102,7 +102,7 @@ fn a_smooth_shaded_sphere() {
     let (direction_w, illuminance) = (vec3(-0.36, -0.8, 0.48), vec3(3.0, 5.0, 7.0));
     let mut scene = Scene::default();
     let diffuse = material(&mut scene, lambertian(ALBEDO));
-    sphere(&mut scene, Vec3::ZERO, 1.0, 2, true, diffuse);
+    sphere(&mut scene, Vec3::ZERO, 1.0, 3, true, diffuse);
     camera(&mut scene, vec3(0.0, 4.0, 0.0), Vec3::ZERO, 0.3);
     scene.lights.push(Light::Directional { direction_w, illuminance });
     check(&scene, &settings(64, 100_000, 0.03), 16, "", |eye, d| {
