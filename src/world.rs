@@ -195,11 +195,15 @@ fn structure(
         if groups[first_group] == groups[first_group + 2] {
             continue;
         }
-        let geometry = |group: usize| TriangleGeometry {
-            positions: positions.ptr(),
-            first_triangle: groups[group] as usize,
-            triangles: (groups[group + 1] - groups[group]) as usize,
-            opaque: group.is_multiple_of(2),
+        let geometry = |group: usize| {
+            let [first, end] = [groups[group] as usize, groups[group + 1] as usize];
+            TriangleGeometry {
+                positions: positions.ptr(),
+                // An empty group at the end would begin where no buffer is.
+                first_triangle: if first == end { 0 } else { first },
+                triangles: end - first,
+                opaque: group.is_multiple_of(2),
+            }
         };
         let blas =
             gpu.triangle_blas("scene", &[geometry(first_group), geometry(first_group + 1)])?;
@@ -208,7 +212,7 @@ fn structure(
             custom_index: first_group as u32,
             mask: 0xff,
             facing_cull_disable: first_group == 0,
-            front_ccw: true,
+            front_ccw: false,
         });
         all.push(blas);
     }

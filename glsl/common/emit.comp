@@ -61,10 +61,11 @@ LightPath begin(World world, Frame frame, uint index) {
     return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), average(e.flux), 1u, 0u, true);
 }
 
-void store(Frame frame, Surface s, inout LightPath path) {
+// u: uniform. Drawn for every event, so that rejection changes no path.
+void store(Frame frame, Surface s, float u, inout LightPath path) {
     uint map = path.edges > 1u && path.specular_only ? MAP_CAUSTIC : MAP_GLOBAL;
     float keep = map == MAP_GLOBAL ? 1.0 - frame.reject : 1.0;
-    if (keep < 1.0 && next4(path.rng).x >= keep) {
+    if (u >= keep) {
         COUNT(rejected);
         return;
     }
@@ -100,9 +101,10 @@ bool extend(World world, Frame frame, inout LightPath path) {
     }
     Surface s = surface_at(world, hit.triangle, hit.bary, -path.direction_w);
     path.flux *= segment_transmittance(s, path.medium, hit.distance_w);
-    if (max_component(diffuse_color(s)) > 0.0) store(frame, s, path);
+    vec4 u = next4(path.rng), v = next4(path.rng);
+    if (max_component(diffuse_color(s)) > 0.0) store(frame, s, v.z, path);
 
-    BsdfSample event = sample_bsdf(s, false, next4(path.rng), next4(path.rng).xy);
+    BsdfSample event = sample_bsdf(s, false, u, v.xy);
     path.specular_only = path.specular_only && event.lobe != LOBE_DIFFUSE;
     // Shading normals make flux non-symmetric (Veach 1997, section 5.3).
     float adjoint = shading_ratio(s) * abs(dot(event.wi, s.normal_g)) / max(abs(dot(event.wi, s.normal_s)), 1e-6);
@@ -111,7 +113,7 @@ bool extend(World world, Frame frame, inout LightPath path) {
     // Russian roulette with the average throughput, after storing.
     float survival = min(1.0, average(path.flux) / path.emitted);
     if (survival < 1.0 && survival > 0.0) {
-        if (next4(path.rng).x >= survival) {
+        if (v.w >= survival) {
             COUNT(terminated);
             return false;
         }

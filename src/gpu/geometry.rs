@@ -25,7 +25,8 @@ pub struct Instance {
     pub mask: u8,
     /// Rays that cull faces do not cull here.
     pub facing_cull_disable: bool,
-    /// Counter-clockwise faces are front faces.
+    /// Swaps front and back. Without it, faces that are counter-clockwise in a right-handed space, as
+    /// glTF's, are front faces: the rule is stated for a left-handed space, where they are clockwise.
     pub front_ccw: bool,
 }
 

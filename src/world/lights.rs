@@ -11,8 +11,12 @@ use std::path::Path;
 pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     let mut lights = Vec::new();
     let mut fluxes = Vec::new();
+    // In the order of the file: the order of each traversal would give each other photons.
+    let mut places = vec![0; order.len()];
     for (place, &index) in order.iter().enumerate() {
-        let triangle = &scene.triangles[index as usize];
+        places[index as usize] = place as u32;
+    }
+    for (triangle, place) in scene.triangles.iter().zip(places) {
         let material = &scene.materials[triangle.material as usize];
         if material.emission.max_element() <= 0.0 {
             continue;
@@ -26,7 +30,7 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
             fluxes.push(std::f64::consts::PI * area * luminance(mean));
             lights.push(Light {
                 kind: LIGHT_TRIANGLE,
-                triangle: place as u32,
+                triangle: place,
                 ..Default::default()
             });
         }

@@ -1,0 +1,12 @@
+//! Renders whole scenes through the library and holds them to closed forms and to each other, on
+//! every traversal that the device has. One binary, so that it links once.
+
+mod check;
+mod closed_forms;
+mod estimators;
+mod furnace;
+mod limits;
+mod optics;
+mod repeatable;
+mod shapes;
+mod showroom;
