@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 pub use radius::shrink;
 
-/// Radii [m] of one iteration.
+/// Radii (m) of one iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radii {
     pub global: f32,
@@ -39,7 +39,7 @@ pub struct Engine {
     /// Of the iteration under way.
     pub frame: Buffer<Frame>,
     frame_data: Frame,
-    /// Squares [m²] of the caustic and the global radius of the first iteration.
+    /// Squares (m²) of the caustic and the global radius of the first iteration.
     first_radius2: [f64; 2],
     alpha: f64,
     pub reservoir: u32,
@@ -315,7 +315,7 @@ impl Renderer {
         })
     }
 
-    /// Passes with their total time [ms] on the device, and what the host added.
+    /// Passes with their total time (ms) on the device, and what the host added.
     pub fn timings(&self) -> Timings {
         let mut timings = self.engine.timings.clone();
         let device: f64 = timings.iter().map(|(_, ms)| ms).sum();

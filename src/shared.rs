@@ -1,6 +1,6 @@
 //! The structs that Rust and GLSL both read, declared once.
 //!
-//! [`shared_structs!`] makes the `Pod` struct and [`glsl_header`] prints its GLSL twin in scalar
+//! `shared_structs!` makes the `Pod` struct and [`glsl_header`] prints its GLSL twin in scalar
 //! layout, so the two cannot differ: `Pod` refuses hidden padding at compile time, and scalar
 //! layout adds none. A [`Ptr<T>`] is a buffer reference named `TRef` with one member, `at[]`.
 
@@ -239,7 +239,7 @@ shared_structs! {
         position_w: [f32; 3],
         /// The direction that a spot or directional light shines in.
         direction_w: [f32; 3],
-        /// Intensity [cd], or illuminance [lx] of a directional light.
+        /// Intensity (cd), or illuminance (lx) of a directional light.
         intensity: [f32; 3],
         cos_inner: f32,
         cos_outer: f32,
@@ -263,7 +263,7 @@ shared_structs! {
         /// Lights at the end of the list that have no area.
         first_delta_light: u32,
         center_w: [f32; 3],
-        /// Of the bounding sphere [m].
+        /// Of the bounding sphere (m).
         radius: f32,
     }
 
@@ -281,7 +281,7 @@ shared_structs! {
         paths: u32,
         /// Edges of a path from the eye to the light at most.
         max_depth: u32,
-        /// Radii [m] of the caustic and the global map.
+        /// Radii (m) of the caustic and the global map.
         radius: [f32; 2],
         /// Probability that a global photon is not stored.
         reject: f32,
@@ -305,9 +305,9 @@ shared_structs! {
         fresnel: u32,
         /// Edges from the eye to here.
         depth: u32,
-        /// Of the pixel at this distance [m].
+        /// Of the pixel at this distance (m).
         footprint: f32,
-        /// The two nearest edges where the surface ends or folds: distance [m] and, octahedral, the
+        /// The two nearest edges where the surface ends or folds: distance (m) and, octahedral, the
         /// direction from the edge to here.
         edge_distance: [f32; 2],
         edge_normal: [u32; 2],
@@ -321,7 +321,7 @@ shared_structs! {
 
     /// What a photon carries.
     struct PhotonPower {
-        /// Flux [lm]: three 16-bit mantissas and a shared 10-bit exponent; 6 bits of path edges.
+        /// Flux (lm): three 16-bit mantissas and a shared 10-bit exponent; 6 bits of path edges.
         flux: [u32; 2],
         /// Where it came from; octahedral.
         wi: u32,
@@ -370,7 +370,7 @@ shared_structs! {
         global: [f32; 3],
         albedo: [f32; 3],
         normal_w: [f32; 3],
-        /// Distance from the eye to the first surface [m]; 0 where there is none.
+        /// Distance from the eye to the first surface (m); 0 where there is none.
         depth: f32,
     }
 

@@ -138,7 +138,7 @@ impl World {
         })
     }
 
-    /// Of the sphere [m] about the bounds.
+    /// Of the sphere (m) about the bounds.
     pub fn radius(&self) -> f32 {
         0.5 * (self.bounds_w.1 - self.bounds_w.0).length()
     }
@@ -226,7 +226,7 @@ fn structure(
 fn shading(scene: &Scene, triangle: u32, folded: u32) -> TriangleShading {
     let t = &scene.triangles[triangle as usize];
     let material = &scene.materials[t.material as usize];
-    let mut word = t.material | folded * TRIANGLE_EDGE;
+    let mut word = t.material | (folded * TRIANGLE_EDGE);
     if is_one_sided(material) {
         word |= TRIANGLE_ONE_SIDED;
     }

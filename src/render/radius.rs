@@ -33,7 +33,7 @@ fn ln_gamma_ratio(n: f64, alpha: f64) -> f64 {
     (a - b) * b.ln() + (a - 0.5) * ((a - b) / b).ln_1p() - (a - b) + series(a) - series(b)
 }
 
-/// Radii [m] of the caustic and the global map in the first iteration.
+/// Radii (m) of the caustic and the global map in the first iteration.
 pub fn first_radii(engine: &mut Engine, settings: &Settings) -> Result<[f32; 2]> {
     let wishes = [
         settings
@@ -51,7 +51,7 @@ pub fn first_radii(engine: &mut Engine, settings: &Settings) -> Result<[f32; 2]>
     }))
 }
 
-/// Width [m] that a pixel has at the median view sample.
+/// Width (m) that a pixel has at the median view sample.
 fn pixel_footprint(engine: &mut Engine) -> Result<f32> {
     engine.gpu.write(&engine.frame, 0, &[engine.frame_data])?;
     let mut commands = engine.gpu.commands()?;
