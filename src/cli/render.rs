@@ -41,9 +41,10 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
             args.scene.display()
         ),
     );
-    let mut renderer = Renderer::new(&gpu, &scene, &args.settings)?;
+    let rename = |error| with_files_named(error, args);
+    let mut renderer = Renderer::new(&gpu, &scene, &args.settings).map_err(rename)?;
     if let Some(picture) = &resumed {
-        renderer.resume(picture)?;
+        renderer.resume(picture).map_err(rename)?;
     }
     if args.json {
         print_json(&json!({
@@ -99,6 +100,15 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
     } else {
         Outcome::Done
     })
+}
+
+/// The renderer sees a scene and a picture, but not where they came from: the user shall.
+fn with_files_named(error: Error, args: &RenderArgs) -> Error {
+    match (error, &args.resume) {
+        (Error::Scene { fault, .. }, _) => Error::scene(&args.scene, fault),
+        (Error::Image { fault, .. }, Some(resumed)) => Error::image(resumed, fault),
+        (other, _) => other,
+    }
 }
 
 /// Writes every output that can be written, so that one full disk does not cost the others; the
