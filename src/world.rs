@@ -298,12 +298,13 @@ fn slots(m: &Material) -> [TextureSlot; SLOTS_PER_MATERIAL as usize] {
     })
 }
 
+fn is_textured(scene: &Scene) -> bool {
+    let mut references = scene.materials.iter().flat_map(references);
+    references.any(|reference| reference.is_some())
+}
+
 fn textures(gpu: &Gpu, scene: &Scene) -> Result<Option<TextureArray>> {
-    if !scene
-        .materials
-        .iter()
-        .any(|m| references(m).iter().any(Option::is_some))
-    {
+    if !is_textured(scene) {
         return Ok(None);
     }
     let textures: Vec<TextureData> = scene
@@ -350,6 +351,23 @@ fn features(scene: &Scene) -> u32 {
     features
 }
 
+/// What a scene may hold and pay for, in words for the user, and whether this one does. Shaders leave out
+/// what it does not hold; without specular surfaces no photon map of caustics is built, and without
+/// textures no descriptor is bound.
+pub fn scene_features(scene: &Scene) -> [(&'static str, bool); 7] {
+    let bits = features(scene);
+    let has = |bit| bits & bit != 0;
+    [
+        ("specular", has(FEATURE_SPECULAR)),
+        ("transmission", has(FEATURE_TRANSMISSION)),
+        ("absorption", has(FEATURE_ABSORPTION)),
+        ("alpha", has(FEATURE_ALPHA)),
+        ("one-sided", has(FEATURE_ONE_SIDED)),
+        ("delta lights", has(FEATURE_DELTA_LIGHTS)),
+        ("textures", is_textured(scene)),
+    ]
+}
+
 /// What the software tree and the acceleration structure cannot hold.
 pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
     if scene.materials.len() > TRIANGLE_MATERIAL_MASK as usize {
@@ -369,4 +387,50 @@ pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
         });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn features_are_those_of_the_scene() {
+        let on = |scene: &Scene| -> Vec<&str> {
+            let features = scene_features(scene).into_iter();
+            features.filter(|f| f.1).map(|f| f.0).collect()
+        };
+        let chalk = Material {
+            metallic: 0.0,
+            specular: 0.0,
+            double_sided: true,
+            ..Material::default()
+        };
+        let mut scene = Scene {
+            materials: vec![chalk.clone()],
+            ..Scene::default()
+        };
+        assert_eq!(on(&scene), [""; 0]);
+        scene.materials.push(Material {
+            transmission: 1.0,
+            absorption: Some(Vec3::ONE),
+            ..chalk.clone()
+        });
+        assert_eq!(on(&scene), ["specular", "transmission", "absorption"]);
+        scene.materials[1] = Material {
+            alpha_cutoff: Some(0.5),
+            double_sided: false,
+            normal_texture: Some(TextureRef {
+                texture: 0,
+                uv_set: 0,
+                transform: [Vec3::X, Vec3::Y],
+            }),
+            ..chalk
+        };
+        scene.lights.push(crate::scene::Light::Point {
+            position_w: Vec3::ZERO,
+            intensity: Vec3::ONE,
+        });
+        let last = ["alpha", "one-sided", "delta lights", "textures"];
+        assert_eq!(on(&scene), last);
+    }
 }

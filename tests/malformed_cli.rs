@@ -76,6 +76,10 @@ fn broken_files_end_in_an_image_or_in_an_error() {
         }
         files += 1;
         let (code, stderr) = render(&folder.join(file), &image);
+        if stderr.contains("descriptorIndexing") {
+            println!("not tested: {file}: {}", stderr.trim());
+            continue;
+        }
         let outcome = match code {
             Some(0) => "OK",
             Some(1) => "REJECT",

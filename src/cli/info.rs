@@ -33,6 +33,7 @@ fn summary(scene: &Scene) -> String {
     let (textures, images) = (scene.textures.len(), scene.images.len());
     row("textures", format!("{textures} of {images} images"));
     row("lights", lights(scene));
+    row("features", super::features(scene));
     for (i, camera) in scene.cameras.iter().enumerate() {
         let position_w = camera.world_from_camera.w_axis;
         let aspect = camera
@@ -127,6 +128,8 @@ mod tests {
             "triangles  3",
             "materials  2",
             "lights     1 point, 0 spot, 0 directional, 2 emissive triangles",
+            "features   specular, one-sided, delta lights; left out: transmission, absorption, alpha, \
+             textures; caustic map: built",
             "cameras    0 'Main': yfov 90.0°, aspect 1.500, at (0, 1, 0) m",
             "bounds     (1, -3, 0.5) m to (3, -1, 0.5) m",
             "warning    /nodes/0: skin",

@@ -9,7 +9,7 @@ mod render;
 
 pub use args::{Cli, Command, RenderArgs};
 
-use crate::{Error, Result};
+use crate::{Error, Result, scene::Scene, world::scene_features};
 
 /// How a command that did not fail ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,4 +39,27 @@ pub fn exit_code(result: &Result<Outcome>) -> u8 {
         Err(Error::Option { .. }) => 2,
         Err(_) => 1,
     }
+}
+
+/// What the scene makes the shaders do, what they leave out, and what comes of that.
+fn features(scene: &Scene) -> String {
+    let features = scene_features(scene);
+    let named = |on: bool| {
+        let names = features.iter().filter(|f| f.1 == on).map(|f| f.0);
+        let names: Vec<&str> = names.collect();
+        if names.is_empty() {
+            "none".into()
+        } else {
+            names.join(", ")
+        }
+    };
+    let caustics = match features.contains(&("specular", true)) {
+        true => "built",
+        false => "not built",
+    };
+    format!(
+        "{}; left out: {}; caustic map: {caustics}",
+        named(true),
+        named(false)
+    )
 }

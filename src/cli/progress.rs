@@ -27,6 +27,8 @@ impl Limit {
 /// Where a render stands.
 pub struct Status {
     pub iterations: u64,
+    /// Of them, those since the program started.
+    pub iterations_now: u64,
     pub elapsed: Duration,
     /// Light paths emitted since the program started.
     pub photons: u64,
@@ -69,6 +71,7 @@ impl Status {
 pub struct Progress {
     limit: Limit,
     start: Instant,
+    iterations_before: u64,
     photons_before: u64,
     bar: Option<ProgressBar>,
     json: bool,
@@ -90,6 +93,7 @@ impl Progress {
         Self {
             limit,
             start: Instant::now(),
+            iterations_before: renderer.iterations(),
             photons_before: renderer.photons_emitted(),
             bar,
             json,
@@ -105,6 +109,7 @@ impl Progress {
         let radii = renderer.radii();
         Ok(Status {
             iterations: renderer.iterations(),
+            iterations_now: renderer.iterations().saturating_sub(self.iterations_before),
             elapsed: self.start.elapsed(),
             photons: renderer
                 .photons_emitted()

@@ -9,7 +9,7 @@ use crate::{
     gpu::{Gpu, OpenOptions},
     image::{check_output, read_picture, write},
     render::Renderer,
-    scene,
+    scene::{self, Scene},
 };
 use serde_json::{Map, Value, json};
 use std::{io::Write, time::Duration};
@@ -80,7 +80,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
     let status = progress.status(&renderer)?;
     let before = resumed.map_or(0.0, |picture| picture.metadata.seconds);
     save(args, &renderer, before + status.elapsed.as_secs_f64())?;
-    report(args, &renderer, &status, interrupted);
+    report(args, &scene, &renderer, &status, interrupted);
 
     let messages = gpu.validation_messages();
     for message in &messages {
@@ -135,7 +135,13 @@ fn save(args: &RenderArgs, renderer: &Renderer, seconds: f64) -> Result<()> {
 }
 
 /// The last words: on stderr for people, one object on stdout for programs.
-fn report(args: &RenderArgs, renderer: &Renderer, status: &Status, interrupted: bool) {
+fn report(
+    args: &RenderArgs,
+    scene: &Scene,
+    renderer: &Renderer,
+    status: &Status,
+    interrupted: bool,
+) {
     let timings = if args.timings {
         renderer.timings()
     } else {
@@ -153,9 +159,18 @@ fn report(args: &RenderArgs, renderer: &Renderer, status: &Status, interrupted: 
         "done in"
     };
     say(args, &format!("{verb} {seconds:.1} s: {}", status.text()));
+    if args.timings {
+        say(args, &format!("features: {}", super::features(scene)));
+        say(
+            args,
+            &format!("{:42} {:>15} {:>8}", "pass", "ms/iteration", "share"),
+        );
+    }
+    let total = timings.iter().map(|(_, ms)| ms).sum::<f64>().max(1e-9);
     for (pass, ms) in &timings {
-        let share = ms / seconds.max(1e-9) / 10.0;
-        say(args, &format!("{pass:42} {ms:12.1} ms {share:6.1} %"));
+        let share = 100.0 * ms / total;
+        let ms = ms / status.iterations_now.max(1) as f64;
+        say(args, &format!("{pass:42} {ms:15.3} {share:6.1} %"));
     }
     for (name, count) in &ledger {
         say(args, &format!("{name:42} {count:15}"));

@@ -36,7 +36,7 @@ fn assert_same_expectation(what: &str, a: &[Estimate], b: &[Estimate]) {
 #[test]
 fn cheaper_estimators_leave_the_expected_image() {
     let device = Device::open();
-    let scene = showroom();
+    let scene = showroom(&device);
     for trace in device.traversals() {
         let plain = Settings {
             trace,
@@ -93,7 +93,7 @@ fn cheaper_estimators_leave_the_expected_image() {
 #[test]
 fn culling_loses_nothing() {
     let device = Device::open();
-    let scene = showroom();
+    let scene = showroom(&device);
     let images = [Switch::Off, Switch::On].map(|cull| {
         let settings = Settings {
             cull,
@@ -127,7 +127,7 @@ fn count(renderer: &Renderer, name: &str) -> u64 {
 #[test]
 fn the_ledger_balances() {
     let device = Device::open();
-    let mut scene = showroom();
+    let mut scene = showroom(&device);
     // A way out of the room: without its ceiling.
     scene.triangles.retain(|t| {
         t.vertices

@@ -31,7 +31,7 @@ fn one_pixel() {
             trace,
             ..settings(1, 5_000, 0.2)
         };
-        let mut renderer = Renderer::new(&device, &showroom(), &settings).unwrap();
+        let mut renderer = Renderer::new(&device, &showroom(&device), &settings).unwrap();
         (0..4).for_each(|_| renderer.iterate().unwrap());
         let picture = renderer.picture().unwrap();
         let pixels = layer(&picture, "");
@@ -84,7 +84,7 @@ fn odd_sizes() {
         trace: Trace::Software,
         ..Settings::default()
     };
-    let mut renderer = Renderer::new(&device, &showroom(), &settings).unwrap();
+    let mut renderer = Renderer::new(&device, &showroom(&device), &settings).unwrap();
     renderer.iterate().unwrap();
     let picture = renderer.picture().unwrap();
     assert_eq!((picture.width, picture.height), (13, 7));

@@ -50,7 +50,7 @@ fn assert_same_bits(a: &Picture, b: &Picture) {
 #[test]
 fn a_seed_gives_the_same_bits() {
     let device = Device::open();
-    let scene = showroom();
+    let scene = showroom(&device);
     let first = render(&device, &scene, &software(1), None, 3);
     assert_same_bits(&first, &render(&device, &scene, &software(1), None, 3));
     // Seeds beyond 32 bits count too.
@@ -67,7 +67,7 @@ fn a_seed_gives_the_same_bits() {
 #[test]
 fn a_resumed_render_gives_the_same_bits() {
     let device = Device::open();
-    let scene = showroom();
+    let scene = showroom(&device);
     let whole = render(&device, &scene, &software(1), None, 64);
     let half = render(&device, &scene, &software(1), None, 32);
     let folder = tempfile::tempdir().unwrap();
@@ -95,7 +95,7 @@ fn a_resumed_render_gives_the_same_bits() {
 #[test]
 fn resuming_something_else_is_refused() {
     let device = Device::open();
-    let mut scene = showroom();
+    let mut scene = showroom(&device);
     let picture = render(&device, &scene, &software(1), None, 1);
     let refuses = |scene: &Scene, settings: Settings, word: &str| {
         let mut renderer = Renderer::new(&device, scene, &settings).unwrap();
