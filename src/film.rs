@@ -24,14 +24,42 @@ struct Field {
 
 const RGB: &[&str] = &["R", "G", "B"];
 const FIELDS: &[Field] = &[
-    Field { name: "emission", channels: RGB, first: 0 },
-    Field { name: "caustic", channels: RGB, first: 3 },
-    Field { name: "global", channels: RGB, first: 6 },
-    Field { name: "albedo", channels: RGB, first: 9 },
-    Field { name: "normal", channels: &["X", "Y", "Z"], first: 12 },
-    Field { name: "depth", channels: &["Z"], first: 15 },
+    Field {
+        name: "emission",
+        channels: RGB,
+        first: 0,
+    },
+    Field {
+        name: "caustic",
+        channels: RGB,
+        first: 3,
+    },
+    Field {
+        name: "global",
+        channels: RGB,
+        first: 6,
+    },
+    Field {
+        name: "albedo",
+        channels: RGB,
+        first: 9,
+    },
+    Field {
+        name: "normal",
+        channels: &["X", "Y", "Z"],
+        first: 12,
+    },
+    Field {
+        name: "depth",
+        channels: &["Z"],
+        first: 15,
+    },
     // Of one iteration; the picture's own variance layer is that of the mean.
-    Field { name: "resume.variance", channels: &["Y"], first: 16 },
+    Field {
+        name: "resume.variance",
+        channels: &["Y"],
+        first: 16,
+    },
 ];
 /// Floats of the high half, and of the low half after it.
 const HALF: usize = size_of::<FilmPixel>() / 8;
@@ -48,7 +76,11 @@ impl Film {
 
     /// Adds the iteration in `view.pixels`.
     pub fn record(&self, commands: &mut Commands, view: &View, frame: &Buffer<Frame>) {
-        let push = FilmPush { frame: frame.ptr(), pixels: view.pixels.ptr(), film: self.pixels.ptr() };
+        let push = FilmPush {
+            frame: frame.ptr(),
+            pixels: view.pixels.ptr(),
+            film: self.pixels.ptr(),
+        };
         commands.dispatch(&self.pass, &push, view.pixel_count());
     }
 
@@ -57,22 +89,35 @@ impl Film {
         let pixels = gpu.read(&self.pixels, 0..self.pixels.len())?;
         let floats: &[f32] = bytemuck::cast_slice(&pixels);
         let pick = |first: usize, count: usize| -> Vec<f32> {
-            floats.chunks_exact(2 * HALF).flat_map(|p| p[first..first + count].iter().copied()).collect()
+            floats
+                .chunks_exact(2 * HALF)
+                .flat_map(|p| p[first..first + count].iter().copied())
+                .collect()
         };
         let beauty = pixels
             .iter()
-            .flat_map(|p| std::array::from_fn::<f32, 3, _>(|c| p.emission[c] + p.caustic[c] + p.global[c]))
+            .flat_map(|p| {
+                std::array::from_fn::<f32, 3, _>(|c| p.emission[c] + p.caustic[c] + p.global[c])
+            })
             .collect();
         let mut layers = vec![Layer::new("", RGB, beauty)];
         let of_mean = (iterations.max(2) - 1) as f32;
         let variance = pixels.iter().map(|p| p.variance / of_mean).collect();
         for field in FIELDS {
-            layers.push(Layer::new(field.name, field.channels, pick(field.first, field.channels.len())));
+            layers.push(Layer::new(
+                field.name,
+                field.channels,
+                pick(field.first, field.channels.len()),
+            ));
         }
         layers.push(Layer::new("variance", &["Y"], variance));
         for field in FIELDS {
             let name = format!("resume.{}.low", field.name);
-            layers.push(Layer::new(&name, field.channels, pick(HALF + field.first, field.channels.len())));
+            layers.push(Layer::new(
+                &name,
+                field.channels,
+                pick(HALF + field.first, field.channels.len()),
+            ));
         }
         Ok(layers)
     }
@@ -88,8 +133,16 @@ impl Film {
                 let layer = layers
                     .iter()
                     .find(|l| l.name == name && l.pixels.len() == self.pixels.len() * count)
-                    .ok_or_else(|| Error::image(Path::new("--resume"), format!("the image has no layer {name} of this size")))?;
-                for (pixel, values) in floats.chunks_exact_mut(2 * HALF).zip(layer.pixels.chunks_exact(count)) {
+                    .ok_or_else(|| {
+                        Error::image(
+                            Path::new("--resume"),
+                            format!("the image has no layer {name} of this size"),
+                        )
+                    })?;
+                for (pixel, values) in floats
+                    .chunks_exact_mut(2 * HALF)
+                    .zip(layer.pixels.chunks_exact(count))
+                {
                     pixel[first..first + count].copy_from_slice(values);
                 }
             }
@@ -114,6 +167,10 @@ impl Film {
                 .sum::<f64>();
         }
         let n = pixels.len().max(1) as f64;
-        Ok(if mean > 0.0 { (variance / n).sqrt() / (mean / n) } else { 1.0 })
+        Ok(if mean > 0.0 {
+            (variance / n).sqrt() / (mean / n)
+        } else {
+            1.0
+        })
     }
 }

@@ -1,12 +1,14 @@
 //! Light paths: emission, storage without loss, and the order of the photons.
 
-use crate::gpu::{DeviceKind, Buffer, Commands, Gpu, Pass, Timings};
+use crate::Result;
+use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Pass, Timings};
 use crate::shaders::spirv;
-use crate::shared::{CULL_CELLS, Counters, CullPush, EmitPush, FEATURE_LEDGER, Frame, Photon, PhotonKeysPush};
+use crate::shared::{
+    CULL_CELLS, Counters, CullPush, EmitPush, FEATURE_LEDGER, Frame, Photon, PhotonKeysPush,
+};
 use crate::sort::{Scan, Sort};
 use crate::view::View;
 use crate::world::World;
-use crate::Result;
 use glam::Vec3;
 
 /// Bits of a sort key: the map above a Morton code of 30.
@@ -71,7 +73,11 @@ impl Photons {
     /// Marks the cells that the view samples can gather from.
     pub fn record_cull(&self, commands: &mut Commands, view: &View, frame: &Buffer<Frame>) {
         commands.fill(&self.mask, 0);
-        let push = CullPush { frame: frame.ptr(), samples: view.samples.ptr(), mask: self.mask.ptr() };
+        let push = CullPush {
+            frame: frame.ptr(),
+            samples: view.samples.ptr(),
+            mask: self.mask.ptr(),
+        };
         commands.dispatch(&self.cull, &push, view.pixel_count());
     }
 
@@ -95,7 +101,11 @@ impl Photons {
             path_slots: self.path_slots.ptr(),
             counters: self.counters.ptr(),
         };
-        commands.dispatch(&self.emit, &push, paths.div_ceil(self.paths_per_thread) as usize);
+        commands.dispatch(
+            &self.emit,
+            &push,
+            paths.div_ceil(self.paths_per_thread) as usize,
+        );
         let timings = commands.submit()?;
         let counters = gpu.read(&self.counters, 0..1)?;
         Ok((counters.first().copied().unwrap_or_default(), timings))
@@ -112,7 +122,8 @@ impl Photons {
     ) -> &Buffer<u32> {
         let (min, max) = world.bounds_w;
         let extent = (max - min).max(Vec3::splat(f32::MIN_POSITIVE));
-        self.scan.record(commands, self.path_photons.ptr(), paths as usize + 1);
+        self.scan
+            .record(commands, self.path_photons.ptr(), paths as usize + 1);
         let push = PhotonKeysPush {
             frame: frame.ptr(),
             photons: self.photons.ptr(),

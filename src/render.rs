@@ -76,13 +76,19 @@ impl Engine {
             let mut commands = self.gpu.commands()?;
             self.view.record(&mut commands, &self.world, &self.frame);
             if self.frame_data.cull != 0 {
-                self.photons.record_cull(&mut commands, &self.view, &self.frame);
+                self.photons
+                    .record_cull(&mut commands, &self.view, &self.frame);
             }
-            let (counters, timings) = self.photons.emit(&self.gpu, commands, &self.world, &self.frame, paths)?;
+            let (counters, timings) =
+                self.photons
+                    .emit(&self.gpu, commands, &self.world, &self.frame, paths)?;
             self.add_timings(timings);
             if counters.photons as usize <= self.photons.capacity() {
                 self.ledger.add(paths, &counters);
-                return Ok([counters.caustic_photons, counters.photons - counters.caustic_photons]);
+                return Ok([
+                    counters.caustic_photons,
+                    counters.photons - counters.caustic_photons,
+                ]);
             }
             self.photons.grow(&self.gpu, counters.photons)?;
             self.ledger.regrown += 1;
@@ -93,7 +99,15 @@ impl Engine {
     /// Puts the photons in order; returns their indices.
     pub fn record_sort(&self, commands: &mut Commands, counts: [u32; 2]) -> Ptr<u32> {
         let count = counts[0] + counts[1];
-        self.photons.record_sort(commands, &self.world, &self.frame, self.frame_data.paths, count).ptr()
+        self.photons
+            .record_sort(
+                commands,
+                &self.world,
+                &self.frame,
+                self.frame_data.paths,
+                count,
+            )
+            .ptr()
     }
 
     /// Adds the iteration to the film.
@@ -120,7 +134,8 @@ impl Engine {
     fn begin(&mut self, iteration: u64) {
         self.frame_data.iteration = iteration as u32;
         for map in 0..2 {
-            self.frame_data.radius[map] = shrink(self.first_radius2[map], self.alpha, iteration).sqrt() as f32;
+            self.frame_data.radius[map] =
+                shrink(self.first_radius2[map], self.alpha, iteration).sqrt() as f32;
         }
     }
 }
@@ -197,7 +212,8 @@ impl Renderer {
             photons,
             film,
         };
-        engine.first_radius2 = radius::first_radii(&mut engine, settings)?.map(|r| f64::from(r) * f64::from(r));
+        engine.first_radius2 =
+            radius::first_radii(&mut engine, settings)?.map(|r| f64::from(r) * f64::from(r));
         let row = TECHNIQUES
             .iter()
             .find(|row| settings.technique == row.name)
@@ -231,7 +247,9 @@ impl Renderer {
                 saved.settings, saved.seed, self.settings, self.seed
             ));
         }
-        self.engine.film.restore(&self.engine.gpu, &picture.layers)?;
+        self.engine
+            .film
+            .restore(&self.engine.gpu, &picture.layers)?;
         self.iterations = saved.iterations;
         self.seconds_before = saved.seconds;
         Ok(())
@@ -286,7 +304,11 @@ impl Renderer {
                 iterations: self.iterations,
                 radius_global: radii.global,
                 radius_caustic: radii.caustic,
-                device: format!("{}, {}", self.engine.gpu.info().name, self.engine.gpu.info().driver),
+                device: format!(
+                    "{}, {}",
+                    self.engine.gpu.info().name,
+                    self.engine.gpu.info().driver
+                ),
                 version: env!("CARGO_PKG_VERSION").into(),
                 seconds: self.seconds_before + self.busy.as_secs_f64(),
             },
@@ -341,13 +363,21 @@ fn choose_camera<'a>(scene: &'a Scene, wish: Option<&str>) -> Result<&'a Camera>
         });
     };
     let by_index = wish.parse().ok().and_then(|i: usize| scene.cameras.get(i));
-    by_index.or_else(|| scene.cameras.iter().find(|c| c.name == wish)).ok_or_else(|| Error::Option {
-        option: "--camera",
-        fault: format!(
-            "no camera {wish}; the scene has {}",
-            scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} ({})", c.name)).collect::<Vec<_>>().join(", ")
-        ),
-    })
+    by_index
+        .or_else(|| scene.cameras.iter().find(|c| c.name == wish))
+        .ok_or_else(|| Error::Option {
+            option: "--camera",
+            fault: format!(
+                "no camera {wish}; the scene has {}",
+                scene
+                    .cameras
+                    .iter()
+                    .enumerate()
+                    .map(|(i, c)| format!("{i} ({})", c.name))
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            ),
+        })
 }
 
 fn default_size(camera: &Camera) -> [u32; 2] {
@@ -376,7 +406,11 @@ fn canonical(settings: &Settings, engine: &Engine, technique: &str) -> String {
         frame.max_depth,
         settings.alpha,
         frame.cull,
-        if engine.stochastic { "stochastic" } else { "full" },
+        if engine.stochastic {
+            "stochastic"
+        } else {
+            "full"
+        },
         settings.reservoir,
         settings.reject,
     )

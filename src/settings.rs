@@ -6,13 +6,13 @@
 use crate::technique::TECHNIQUES;
 use clap::ValueEnum;
 
-/// The longest image edge [px] that can be asked for.
+/// The longest image edge (px) that can be asked for.
 pub const MAX_EDGE: u32 = 16384;
 
 /// How a scene is rendered. `None` means: chosen from the scene and the device.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Settings {
-    /// Image size [px], each edge 1 to 16384 [default: the camera's aspect ratio, 1024 px wide]
+    /// Image size (px), each edge 1 to 16384 [default: the camera's aspect ratio, 1024 px wide]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
@@ -79,7 +79,6 @@ pub struct Settings {
     pub ledger: bool,
 }
 
-
 const AUTO: &str = "auto";
 
 /// What [`Settings::technique`] may say.
@@ -112,9 +111,9 @@ impl Default for Settings {
 /// A length above 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Length {
-    /// [m].
+    /// In metres.
     World(f32),
-    /// [px], as seen from the camera.
+    /// In pixels, as seen from the camera.
     Pixels(f32),
 }
 

@@ -62,7 +62,9 @@ pub fn spirv(stem: &str) -> Result<&'static [u8]> {
         .map(|file| file.contents())
         .ok_or_else(|| Error::Device {
             device: "any".into(),
-            fault: format!("this build lacks the shader {stem}; run tools/compile-shaders and build again"),
+            fault: format!(
+                "this build lacks the shader {stem}; run tools/compile-shaders and build again"
+            ),
         })
 }
 

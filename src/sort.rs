@@ -1,9 +1,9 @@
 //! Prefix sums and a stable radix sort on the device, without atomics: the same order on every run.
 
+use crate::Result;
 use crate::gpu::{Buffer, Commands, Gpu, Pass, Ptr};
 use crate::shaders::spirv;
 use crate::shared::{SCAN_CHUNK, SORT_CHUNK, SORT_DIGIT_BITS, ScanPush, SortPush};
-use crate::Result;
 
 /// Exclusive prefix sums of up to a given number of values.
 pub struct Scan {
@@ -37,7 +37,12 @@ impl Scan {
         let mut levels = Vec::new();
         let (mut values, mut count) = (values, count);
         for totals in &self.totals {
-            let push = ScanPush { values, totals: totals.ptr(), count: count as u32, unused: 0 };
+            let push = ScanPush {
+                values,
+                totals: totals.ptr(),
+                count: count as u32,
+                unused: 0,
+            };
             let chunks = count.div_ceil(SCAN_CHUNK as usize);
             commands.dispatch(&self.scan, &push, chunks);
             levels.push((push, count));
@@ -73,8 +78,14 @@ impl Sort {
             count: gpu.pass("sort", spirv("sort_count")?, &[], None)?,
             scatter: gpu.pass("sort", spirv("sort_scatter")?, &[], None)?,
             scan: Scan::new(gpu, entries)?,
-            keys: [gpu.buffer("sort keys", capacity)?, gpu.buffer("sort keys", capacity)?],
-            values: [gpu.buffer("sort values", capacity)?, gpu.buffer("sort values", capacity)?],
+            keys: [
+                gpu.buffer("sort keys", capacity)?,
+                gpu.buffer("sort keys", capacity)?,
+            ],
+            values: [
+                gpu.buffer("sort values", capacity)?,
+                gpu.buffer("sort values", capacity)?,
+            ],
             histogram: gpu.buffer("sort histogram", entries)?,
         })
     }
@@ -95,7 +106,8 @@ impl Sort {
                 shift,
             };
             commands.dispatch(&self.count, &push, chunks);
-            self.scan.record(commands, self.histogram.ptr(), chunks << SORT_DIGIT_BITS);
+            self.scan
+                .record(commands, self.histogram.ptr(), chunks << SORT_DIGIT_BITS);
             commands.dispatch(&self.scatter, &push, chunks);
             from = 1 - from;
         }

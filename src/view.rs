@@ -1,11 +1,11 @@
 //! Camera paths to the first diffuse event: one view sample per pixel and iteration.
 
+use crate::Result;
 use crate::gpu::{Buffer, Commands, Gpu, Pass};
 use crate::scene::Camera;
 use crate::shaders::spirv;
 use crate::shared::{Frame, FramePixel, ViewPush, ViewSample};
 use crate::world::World;
-use crate::Result;
 use glam::Vec3;
 
 /// The view pass and what it fills.
@@ -22,7 +22,12 @@ impl View {
         let stem = format!("view.{}", world.variant());
         let count = size[0] as usize * size[1] as usize;
         Ok(Self {
-            pass: gpu.pass("view", spirv(&stem)?, &[world.features, world.stack_size], world.textures.as_ref())?,
+            pass: gpu.pass(
+                "view",
+                spirv(&stem)?,
+                &[world.features, world.stack_size],
+                world.textures.as_ref(),
+            )?,
             size,
             samples: gpu.buffer("view samples", count)?,
             pixels: gpu.buffer("pixels", count)?,
@@ -36,7 +41,10 @@ impl View {
 
     /// Threads that cover the image in tiles of 8 × 8 (see `glsl/lib/camera.glsl`).
     pub fn tiled_threads(&self) -> usize {
-        self.size.map(|edge| edge.div_ceil(8) as usize * 8).iter().product()
+        self.size
+            .map(|edge| edge.div_ceil(8) as usize * 8)
+            .iter()
+            .product()
     }
 
     /// Traces every pixel's path.

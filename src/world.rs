@@ -4,7 +4,9 @@ mod edges;
 mod lights;
 
 use crate::bvh::{SceneTree, morton_order};
-use crate::gpu::{Blas, Buffer, Gpu, Instance, Ptr, TextureArray, TextureData, Tlas, TriangleGeometry};
+use crate::gpu::{
+    Blas, Buffer, Gpu, Instance, Ptr, TextureArray, TextureData, Tlas, TriangleGeometry,
+};
 use crate::scene::{Material, Scene, TextureRef};
 use crate::settings::Trace;
 use crate::shared::*;
@@ -61,9 +63,15 @@ impl World {
             }
         };
 
-        let positions: Vec<[f32; 3]> = order.iter().flat_map(|&t| corners[t as usize].map(Into::into)).collect();
+        let positions: Vec<[f32; 3]> = order
+            .iter()
+            .flat_map(|&t| corners[t as usize].map(Into::into))
+            .collect();
         let folded = edges::folded_edges(scene, &corners);
-        let triangles: Vec<TriangleShading> = order.iter().map(|&t| shading(scene, t, folded[t as usize])).collect();
+        let triangles: Vec<TriangleShading> = order
+            .iter()
+            .map(|&t| shading(scene, t, folded[t as usize]))
+            .collect();
         let lights = lights::lights(scene, &order)?;
         let features = features(scene);
         let textures = textures(gpu, scene)?;
@@ -74,14 +82,27 @@ impl World {
             Trace::Query => Some(structure(gpu, &positions, groups)?),
             _ => None,
         };
-        let nodes = tree.as_ref().map(|t| gpu.upload("scene tree", &t.nodes)).transpose()?;
+        let nodes = tree
+            .as_ref()
+            .map(|t| gpu.upload("scene tree", &t.nodes))
+            .transpose()?;
         let held = Held {
             triangles: gpu.upload("triangles", &triangles)?,
-            vertices: gpu.upload("vertices", &scene.vertices.iter().map(vertex).collect::<Vec<_>>())?,
-            materials: gpu.upload("materials", &scene.materials.iter().map(material).collect::<Vec<_>>())?,
+            vertices: gpu.upload(
+                "vertices",
+                &scene.vertices.iter().map(vertex).collect::<Vec<_>>(),
+            )?,
+            materials: gpu.upload(
+                "materials",
+                &scene.materials.iter().map(material).collect::<Vec<_>>(),
+            )?,
             slots: gpu.upload(
                 "texture slots",
-                &if textures.is_some() { scene.materials.iter().flat_map(slots).collect() } else { Vec::new() },
+                &if textures.is_some() {
+                    scene.materials.iter().flat_map(slots).collect()
+                } else {
+                    Vec::new()
+                },
             )?,
             lights: gpu.upload("lights", &lights)?,
             positions,
@@ -96,7 +117,10 @@ impl World {
             texture_slots: held.slots.ptr(),
             lights: held.lights.ptr(),
             nodes: held.nodes.as_ref().map_or(Ptr::null(), Buffer::ptr),
-            tlas: held.structure.as_ref().map_or([0; 2], |(_, tlas)| address_words(tlas.address())),
+            tlas: held
+                .structure
+                .as_ref()
+                .map_or([0; 2], |(_, tlas)| address_words(tlas.address())),
             groups: [groups[0], groups[1], groups[2], groups[3]],
             light_count: lights.len() as u32,
             first_delta_light: lights.iter().filter(|l| l.kind == LIGHT_TRIANGLE).count() as u32,
@@ -145,7 +169,8 @@ fn grouped_order(scene: &Scene, corners: &[[Vec3; 3]]) -> (Vec<u32>, [u32; 5]) {
     let mut groups = [const { Vec::new() }; 4];
     for (i, triangle) in scene.triangles.iter().enumerate() {
         let material = &scene.materials[triangle.material as usize];
-        let group = usize::from(is_one_sided(material)) * 2 + usize::from(material.alpha_cutoff.is_some());
+        let group =
+            usize::from(is_one_sided(material)) * 2 + usize::from(material.alpha_cutoff.is_some());
         groups[group].push(i as u32);
     }
     let mut order = Vec::with_capacity(corners.len());
@@ -159,7 +184,11 @@ fn grouped_order(scene: &Scene, corners: &[[Vec3; 3]]) -> (Vec<u32>, [u32; 5]) {
 }
 
 /// Two instances at most: faces seen from both sides, and those that are not there from behind.
-fn structure(gpu: &Gpu, positions: &Buffer<[f32; 3]>, groups: [u32; 5]) -> Result<(Vec<Blas>, Tlas)> {
+fn structure(
+    gpu: &Gpu,
+    positions: &Buffer<[f32; 3]>,
+    groups: [u32; 5],
+) -> Result<(Vec<Blas>, Tlas)> {
     let mut all = Vec::new();
     let mut instances = Vec::new();
     for first_group in [0, 2] {
@@ -176,7 +205,8 @@ fn structure(gpu: &Gpu, positions: &Buffer<[f32; 3]>, groups: [u32; 5]) -> Resul
                 opaque: group.is_multiple_of(2),
             }
         };
-        let blas = gpu.triangle_blas("scene", &[geometry(first_group), geometry(first_group + 1)])?;
+        let blas =
+            gpu.triangle_blas("scene", &[geometry(first_group), geometry(first_group + 1)])?;
         instances.push(Instance {
             blas_address: blas.address(),
             custom_index: first_group as u32,
@@ -203,7 +233,10 @@ fn shading(scene: &Scene, triangle: u32, folded: u32) -> TriangleShading {
     if material.alpha_cutoff.is_some() {
         word |= TRIANGLE_ALPHA;
     }
-    TriangleShading { vertices: t.vertices, material: word }
+    TriangleShading {
+        vertices: t.vertices,
+        material: word,
+    }
 }
 
 fn vertex(v: &crate::scene::Vertex) -> VertexShading {
@@ -229,7 +262,11 @@ fn material(m: &Material) -> crate::shared::Material {
         ior: m.ior,
         alpha_cutoff: m.alpha_cutoff.unwrap_or(0.0),
         normal_scale: m.normal_scale,
-        flags: if m.absorption.is_some() { MATERIAL_SOLID } else { 0 },
+        flags: if m.absorption.is_some() {
+            MATERIAL_SOLID
+        } else {
+            0
+        },
     }
 }
 
@@ -248,7 +285,10 @@ fn references(m: &Material) -> [Option<TextureRef>; SLOTS_PER_MATERIAL as usize]
 
 fn slots(m: &Material) -> [TextureSlot; SLOTS_PER_MATERIAL as usize] {
     references(m).map(|reference| match reference {
-        None => TextureSlot { texture: NONE, ..Default::default() },
+        None => TextureSlot {
+            texture: NONE,
+            ..Default::default()
+        },
         Some(r) => TextureSlot {
             texture: r.texture,
             uv_set: r.uv_set,
@@ -259,7 +299,11 @@ fn slots(m: &Material) -> [TextureSlot; SLOTS_PER_MATERIAL as usize] {
 }
 
 fn textures(gpu: &Gpu, scene: &Scene) -> Result<Option<TextureArray>> {
-    if !scene.materials.iter().any(|m| references(m).iter().any(Option::is_some)) {
+    if !scene
+        .materials
+        .iter()
+        .any(|m| references(m).iter().any(Option::is_some))
+    {
         return Ok(None);
     }
     let textures: Vec<TextureData> = scene
@@ -309,13 +353,19 @@ fn features(scene: &Scene) -> u32 {
 /// What the software tree and the acceleration structure cannot hold.
 pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
     if scene.materials.len() > TRIANGLE_MATERIAL_MASK as usize {
-        return Err(Error::Device { device: device.into(), fault: "more than 2^27 materials".into() });
+        return Err(Error::Device {
+            device: device.into(),
+            fault: "more than 2^27 materials".into(),
+        });
     }
     // The shader's stack keeps a leaf's first triangle in 28 bits.
     if scene.triangles.len() >= 1 << 28 {
         return Err(Error::Device {
             device: device.into(),
-            fault: format!("the scene has {} triangles; at most 2^28 can be traced", scene.triangles.len()),
+            fault: format!(
+                "the scene has {} triangles; at most 2^28 can be traced",
+                scene.triangles.len()
+            ),
         });
     }
     Ok(())

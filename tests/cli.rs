@@ -1,9 +1,13 @@
-//! The binary as a user meets it: exit codes and messages. Nothing here needs a device.
+//! The binary as a user meets it: exit codes, messages, files.
+//! Rendering needs a Vulkan device; Mesa's lavapipe (mesa-vulkan-drivers) will do.
 
+use lightfall::image::{Picture, read_picture};
+use serde_json::{Value, json};
 use std::{
     fs,
+    io::{BufRead, BufReader},
     path::Path,
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
 };
 
 fn lightfall(args: &[&str]) -> Output {
@@ -102,4 +106,128 @@ fn help_names_every_default() {
     ] {
         assert!(help.contains(text), "{text}");
     }
+}
+
+/// A lamp 1 m above a floor of 2 m × 2 m, as .gltf and .bin in `dir`.
+fn write_scene(dir: &Path) -> String {
+    let mut bin = Vec::new();
+    for [x, z] in [[-1f32, -1f32], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]] {
+        bin.extend([x, 0.0, z].iter().flat_map(|f| f.to_le_bytes()));
+    }
+    bin.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()));
+    fs::write(dir.join("floor.bin"), &bin).unwrap();
+    let lamp = json!({"lights": [{"type": "point", "intensity": 10.0}]});
+    let scene = json!({
+        "asset": {"version": "2.0"},
+        "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": {"KHR_lights_punctual": lamp},
+        "scene": 0,
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [
+            {"mesh": 0},
+            {"translation": [0, 1, 0], "extensions": {"KHR_lights_punctual": {"light": 0}}}
+        ],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0.0}}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+             "min": [-1, 0, -1], "max": [1, 0, 1]},
+            {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 12}
+        ],
+        "buffers": [{"byteLength": 60, "uri": "floor.bin"}]
+    });
+    let path = dir.join("floor.gltf");
+    fs::write(&path, scene.to_string()).unwrap();
+    path.to_str().unwrap().into()
+}
+
+const SMALL: [&str; 4] = ["--size", "32x24", "--photons", "5000"];
+
+fn bits(picture: &Picture) -> Vec<u32> {
+    let pixels = picture.layers.iter().flat_map(|l| &l.pixels);
+    pixels.map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn a_resumed_render_is_the_whole_render() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = write_scene(dir.path());
+    let at = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
+    let (whole, half, png) = (at("whole.exr"), at("half.exr"), at("half.png"));
+    let render = |args: &[&str]| {
+        let common = ["render", &scene, "--trace", "software", "--json"];
+        let output = lightfall(&[&common[..], &SMALL, args].concat());
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {stderr}");
+        let stdout = String::from_utf8(output.stdout).unwrap();
+        let lines = stdout.lines().map(serde_json::from_str);
+        lines.collect::<Result<Vec<Value>, _>>().unwrap()
+    };
+    render(&["--iterations", "5", "-o", &whole]);
+    let events = render(&["--iterations", "2", "-o", &half, "-o", &png]);
+    assert_eq!(events[0]["event"], "start");
+    assert_eq!(events[0]["triangles"], 2);
+    let end = events.last().unwrap();
+    assert_eq!(end["event"], "done");
+    assert_eq!(end["iterations"], 2);
+    assert_eq!(end["photons"], 10_000);
+    assert_eq!(end["outputs"], json!([half, png]));
+    assert!(Path::new(&png).exists());
+
+    // In place: the file read is the file replaced.
+    let events = render(&["--iterations", "5", "-o", &half, "--resume", &half]);
+    assert_eq!(events[0]["iterations"], 2);
+    assert_eq!(events.last().unwrap()["photons"], 15_000, "of this run");
+    let [whole, half] = [whole, half].map(|path| read_picture(path.as_ref()).unwrap());
+    assert!(bits(&whole).iter().any(|&b| b != 0), "all black");
+    assert_eq!(bits(&half), bits(&whole));
+    assert_eq!(half.metadata.iterations, 5);
+
+    // Other settings would give another image.
+    let path = at("half.exr");
+    let args = [
+        "render", &scene, "-o", &path, "--resume", &path, "--size", "8x8",
+    ];
+    let stderr = fails(&[&args[..], &["--quiet"]].concat(), 1);
+    assert!(stderr.contains("8x8"), "{stderr}");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_render_writes_its_image() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = write_scene(dir.path());
+    let image = dir.path().join("image.exr");
+    let mut render = Command::new(env!("CARGO_BIN_EXE_lightfall"))
+        .args(["render", &scene, "--time", "1h", "--json", "--quiet", "-o"])
+        .arg(&image)
+        .args(SMALL)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Progress is reported only once the signal is being watched for.
+    let mut lines = BufReader::new(render.stdout.take().unwrap()).lines();
+    let mut next = || serde_json::from_str::<Value>(&lines.next().unwrap().unwrap()).unwrap();
+    assert_eq!(next()["event"], "start");
+    assert_eq!(next()["event"], "progress");
+    let pid = render.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-TERM", &pid])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let end = std::iter::repeat_with(next)
+        .find(|e| e["event"] != "progress")
+        .unwrap();
+    assert_eq!(end["event"], "interrupted");
+    assert_eq!(render.wait().unwrap().code(), Some(130));
+    let picture = read_picture(&image).unwrap();
+    assert_eq!(end["iterations"], picture.metadata.iterations);
+    assert!(picture.metadata.seconds >= 1.0);
 }

@@ -53,8 +53,7 @@ LightPath begin(World world, Frame frame, uint index) {
     umulExtended(frame.iteration, frame.paths, high, low);
     low = uaddCarry(low, index, carry);
     uint seed = mix_seed(frame.seed ^ mix_seed(STREAM_PHOTON + high + carry));
-    vec2 choice = sequence_pair(low, seed);
-    uint light = choose_light(world, choice.x, choice.y);
+    uint light = choose_light(world, sequence_bits(low, seed));
     Emission e = emit_photon(world, light, frame.paths, sequence_pair(low, seed + 1u), sequence_pair(low, seed + 2u));
     Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
     return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, average(e.flux), 1u, 0u, true);

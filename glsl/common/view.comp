@@ -1,8 +1,8 @@
 // Camera paths through specular events to the first diffuse one (Kern et al. 2023, section 3.3).
 // In: World, Frame. Out: a ViewSample per pixel; in FramePixel the radiance [nit] of emitters met
 // on the way (paths E S* L), and albedo, normal and depth of the first surface.
-// The partition of paths: E S* L here; E S+ L of lights without area here too, at rough reflections,
-// since no path can hit them; everything with a diffuse event is gathered from photons.
+// The partition of paths: E S* L here; everything with a diffuse event is gathered from photons. The
+// last reflection before a light is sampled towards the light too (see lib/direct.glsl).
 #version 460
 #include "lib/pass.glsl"
 #include "lib/math.glsl"
@@ -12,22 +12,10 @@
 #include "lib/surface.glsl"
 #include "lib/trace.glsl"
 #include "lib/light.glsl"
+#include "lib/direct.glsl"
 #include "lib/camera.glsl"
 
 PUSH(ViewPush);
-
-// Delta lights in the reflection lobe [nit].
-vec3 reflected_delta_lights(World world, Surface s) {
-    vec3 sum = vec3(0.0);
-    for (uint i = world.first_delta_light; i < world.light_count; i++) {
-        vec3 wi;
-        float distance_w;
-        vec3 irradiance = delta_irradiance(world.lights.at[i], s.position_w, wi, distance_w);
-        vec3 f = eval_reflection(s, wi) * max(dot(s.normal_s, wi), 0.0) * irradiance;
-        if (max_component(f) > 0.0 && !occluded(world, leave(s, wi), wi, distance_w)) sum += f;
-    }
-    return sum;
-}
 
 // The two nearest edges of the triangle at which the surface ends or folds (see lib/kernel.glsl).
 void find_edges(World world, uint triangle, Surface s, inout ViewSample result) {
@@ -73,6 +61,8 @@ void main() {
     vec3 direction = camera_direction(frame, pixel, sequence_pair(frame.iteration, seed));
     vec3 throughput = vec3(1.0);
     float path_length = 0.0;
+    // Of the reflection that led here, where lights were sampled too; 0 where they were not.
+    float pdf_solid_angle = 0.0;
     for (uint edges = 1u; edges <= frame.max_depth; edges++) {
         Hit hit;
         if (!trace(world, origin, direction, hit)) break;
@@ -84,9 +74,14 @@ void main() {
             seen.depth = hit.distance_w;
         }
         throughput *= segment_transmittance(s, hit.distance_w);
-        seen.emission += throughput * s.emission;
+        if (max_component(s.emission) > 0.0) {
+            float weight = 1.0;
+            if (pdf_solid_angle > 0.0)
+                weight = pdf_solid_angle / (pdf_solid_angle + light_pdf_solid_angle(world, hit.triangle, direction, hit.distance_w));
+            seen.emission += throughput * s.emission * weight;
+        }
         if (edges == frame.max_depth) break;
-        if (HAS_SPECULAR && HAS_DELTA_LIGHTS) seen.emission += throughput * reflected_delta_lights(world, s);
+        if (HAS_SPECULAR && s.alpha > 0.0) seen.emission += throughput * reflected_light(world, s, next_bits(rng), next4(rng).xy);
 
         vec4 u = edges == 1u
             ? vec4(sequence_pair(frame.iteration, seed + 1u), sequence_pair(frame.iteration, seed + 2u))
@@ -104,6 +99,8 @@ void main() {
             break;
         }
         throughput *= event.weight;
+        pdf_solid_angle = 0.0;
+        if (HAS_SPECULAR && event.lobe == LOBE_REFLECTION) eval_reflection(s, event.wi, pdf_solid_angle);
         if (event.lobe == LOBE_NONE || max_component(throughput) <= 0.0) break;
         // Long specular chains: the same roulette as photons play, from the fourth event on.
         if (edges >= 4u) {

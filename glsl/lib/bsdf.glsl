@@ -116,6 +116,26 @@ vec3 refract_about(vec3 wo, vec3 h, float eta) {
     return normalize(h * (c / eta - sqrt(max(k, 0.0))) - wo / eta);
 }
 
+// The lobes given the cosine between wo and the microfacet, and in what proportion they are chosen:
+// diffuse, reflection, transmission.
+struct Lobes {
+    vec3 reflectance;
+    vec3 transmittance;
+    vec3 choice;
+};
+
+Lobes lobes_at(Surface s, float cos_h) {
+    vec3 layer = HAS_SPECULAR ? fresnel_layer(s, cos_h) : vec3(0.0);
+    Lobes l;
+    l.reflectance = HAS_SPECULAR ? fresnel_reflection(s, layer, cos_h) : vec3(0.0);
+    l.transmittance = HAS_TRANSMISSION ? s.base_color * ((1.0 - s.metallic) * s.transmission * (1.0 - max_component(layer))) : vec3(0.0);
+    // The floor keeps the weight of the diffuse lobe bounded where the layer reflects nearly all
+    // towards the eye but not between the eye and a photon.
+    float diffuse = average(diffuse_color(s)) * max(1.0 - max_component(layer), 0.25);
+    l.choice = vec3(diffuse, average(l.reflectance), average(l.transmittance));
+    return l;
+}
+
 // Draws an event. `radiance`: the path carries radiance (from the eye) rather than flux, which
 // refraction scales by (η_i/η_t)². u.xy: microfacet, u.z: lobe; v.xy: diffuse direction.
 BsdfSample sample_bsdf(Surface s, bool radiance, vec4 u, vec2 v) {
@@ -127,39 +147,30 @@ BsdfSample sample_bsdf(Surface s, bool radiance, vec4 u, vec2 v) {
         cos_o = dot(s.normal_g, s.wo);
     }
     mat3 frame = frame_of(s.normal_s);
-    vec3 diffuse = diffuse_color(s);
     vec3 h = s.normal_s;
     if (HAS_SPECULAR && s.alpha > 0.0) h = frame * sample_visible_normal(s.wo * frame, s.alpha, u.xy);
     float cos_h = clamp(dot(s.wo, h), 0.0, 1.0);
-    vec3 layer = HAS_SPECULAR ? fresnel_layer(s, cos_h) : vec3(0.0);
-    vec3 reflectance = HAS_SPECULAR ? fresnel_reflection(s, layer, cos_h) : vec3(0.0);
-    vec3 transmittance = !HAS_TRANSMISSION ? vec3(0.0) : s.base_color * ((1.0 - s.metallic) * s.transmission * (1.0 - max_component(layer)));
-
-    // The floor keeps the weight of the diffuse lobe bounded where the layer reflects nearly all
-    // towards the eye but not between the eye and a photon.
-    float w_diffuse = average(diffuse) * max(1.0 - max_component(layer), 0.25);
-    float w_reflection = average(reflectance);
-    float w_transmission = average(transmittance);
-    float w_sum = w_diffuse + w_reflection + w_transmission;
+    Lobes lobes = lobes_at(s, cos_h);
+    float w_sum = lobes.choice.x + lobes.choice.y + lobes.choice.z;
     if (!(w_sum > 0.0)) return result;
     float choice = u.z * w_sum;
 
-    if (choice < w_diffuse) {
+    if (choice < lobes.choice.x) {
         result.lobe = LOBE_DIFFUSE;
-        result.probability = w_diffuse / w_sum;
+        result.probability = lobes.choice.x / w_sum;
         result.wi = frame * sample_cosine(v);
-        result.weight = diffuse * (diffuse_transmittance(s.f0, s.f90, s.wo, result.wi) / result.probability);
+        result.weight = diffuse_color(s) * (diffuse_transmittance(s.f0, s.f90, s.wo, result.wi) / result.probability);
         if (dot(result.wi, s.normal_g) <= 0.0) result.weight = vec3(0.0);
-    } else if (choice < w_diffuse + w_reflection) {
+    } else if (choice < lobes.choice.x + lobes.choice.y) {
         result.lobe = LOBE_REFLECTION;
-        result.probability = w_reflection / w_sum;
+        result.probability = lobes.choice.y / w_sum;
         result.wi = normalize(2.0 * dot(s.wo, h) * h - s.wo);
         float cos_i = dot(s.normal_s, result.wi);
         bool above = cos_i > 0.0 && dot(result.wi, s.normal_g) > 0.0;
-        result.weight = above ? reflectance * (smith_g2_over_g1(cos_o, cos_i, s.alpha) / result.probability) : vec3(0.0);
+        result.weight = above ? lobes.reflectance * (smith_g2_over_g1(cos_o, cos_i, s.alpha) / result.probability) : vec3(0.0);
     } else {
         result.lobe = LOBE_TRANSMISSION;
-        result.probability = w_transmission / w_sum;
+        result.probability = lobes.choice.z / w_sum;
         float eta = s.solid ? relative_ior(s) : 1.0;
         // Thin walls: the reflected direction, mirrored to the far side.
         if (s.solid) result.wi = refract_about(s.wo, h, eta);
@@ -171,23 +182,27 @@ BsdfSample sample_bsdf(Surface s, bool radiance, vec4 u, vec2 v) {
         bool below = cos_i > 0.0 && dot(result.wi, s.normal_g) < 0.0;
         float scale = radiance ? 1.0 / (eta * eta) : 1.0;
         float g1 = 1.0 / (1.0 + smith_lambda(cos_i, s.alpha));
-        result.weight = below ? transmittance * (scale * g1 / result.probability) : vec3(0.0);
+        result.weight = below ? lobes.transmittance * (scale * g1 / result.probability) : vec3(0.0);
     }
     return result;
 }
 
-// The reflection lobe towards wi, for lights that no path can hit. Zero for a perfect mirror.
-vec3 eval_reflection(Surface s, vec3 wi) {
+// The reflection lobe towards wi, and the density (solid angle) with which sample_bsdf draws wi from
+// it, the choice of the lobe included. Zero for a perfect mirror.
+vec3 eval_reflection(Surface s, vec3 wi, out float pdf_solid_angle) {
     float cos_o = dot(s.normal_s, s.wo), cos_i = dot(s.normal_s, wi);
+    pdf_solid_angle = 0.0;
     if (s.alpha <= 0.0 || cos_o <= 0.0 || cos_i <= 0.0 || dot(s.normal_g, wi) <= 0.0) return vec3(0.0);
     vec3 h = normalize(s.wo + wi);
-    float cos_h = dot(s.wo, h);
+    Lobes lobes = lobes_at(s, dot(s.wo, h));
     // 1 - (n·h)² by the cross product: no cancellation near the peak.
     vec3 sine = cross(s.normal_s, h);
     float n_h = dot(s.normal_s, h);
     float a2 = s.alpha * s.alpha;
     float d = a2 / (PI * square(dot(sine, sine) + a2 * n_h * n_h));
-    float g2 = 1.0 / (1.0 + smith_lambda(cos_o, s.alpha) + smith_lambda(cos_i, s.alpha));
-    vec3 f = fresnel_reflection(s, fresnel_layer(s, cos_h), cos_h);
-    return f * (d * g2 / (4.0 * cos_o * cos_i));
+    float lambda_o = smith_lambda(cos_o, s.alpha), lambda_i = smith_lambda(cos_i, s.alpha);
+    float choice = lobes.choice.y / (lobes.choice.x + lobes.choice.y + lobes.choice.z);
+    // Visible normals have density G1 D (wo·h) / cos_o, and reflection 1 / (4 wo·h).
+    pdf_solid_angle = choice * d / ((1.0 + lambda_o) * 4.0 * cos_o);
+    return lobes.reflectance * (d / ((1.0 + lambda_o + lambda_i) * 4.0 * cos_o * cos_i));
 }

@@ -27,11 +27,21 @@ float sample_spot_cosine(Light light, float u, out float total) {
     return x < ramp ? light.cos_outer + width * pow(3.0 * x / width, 1.0 / 3.0) : knee + (x - ramp);
 }
 
-uint choose_light(World world, float u_row, float u_alias) {
-    uint row = min(uint(u_row * float(world.light_count)), world.light_count - 1u);
+// All 32 bits choose the row: floats of 24 would favour some of a million lights.
+uint choose_light(World world, uvec2 bits) {
+    uint row, rest;
+    umulExtended(bits.x, world.light_count, row, rest);
     Light light = world.lights.at[row];
-    return u_alias < light.alias_threshold ? row : light.alias;
+    return float(bits.y >> 8u) * 5.9604644775390625e-8 < light.alias_threshold ? row : light.alias;
 }
+
+// Uniform in area.
+vec2 sample_triangle(vec2 u) {
+    float r = sqrt(u.x);
+    return vec2(u.y * r, 1.0 - r);
+}
+
+float triangle_area(Corners p) { return 0.5 * length(cross(p.p1 - p.p0, p.p2 - p.p0)); }
 
 // u: where on the light; v: direction.
 Emission emit_photon(World world, uint index, uint paths, vec2 u, vec2 v) {
@@ -39,16 +49,13 @@ Emission emit_photon(World world, uint index, uint paths, vec2 u, vec2 v) {
     Emission e;
     float share = 1.0 / (light.probability * float(paths));
     if (light.kind == LIGHT_TRIANGLE) {
-        // Uniform in area (Heitz 2019 would distort less; this keeps strata too).
-        float r = sqrt(u.x);
-        vec2 bary = vec2(u.y * r, 1.0 - r);
+        vec2 bary = sample_triangle(u);
         Corners p = corners_of(world, light.triangle);
         vec3 n = face_normal(p);
         Surface s = surface_at(world, light.triangle, bary, n);
         e.direction_w = frame_of(n) * sample_cosine(v);
         e.origin_w = leave(s, e.direction_w);
-        float area = 0.5 * length(cross(p.p1 - p.p0, p.p2 - p.p0));
-        e.flux = s.emission * (PI * area * share);
+        e.flux = s.emission * (PI * triangle_area(p) * share);
     } else if (light.kind == LIGHT_POINT) {
         e.origin_w = light.position_w;
         e.direction_w = sample_cone(v, -1.0);

@@ -34,11 +34,13 @@ uint sobol_second(uint i) {
     return i;
 }
 
-vec2 sequence_pair(uint index, uint seed) {
+uvec2 sequence_bits(uint index, uint seed) {
     seed = mix_seed(seed);
     uint i = owen_scramble(index, seed);
     uvec2 x = uvec2(bitfieldReverse(i), sobol_second(i));
     x.x = owen_scramble(x.x, mix_seed(seed + 1u));
     x.y = owen_scramble(x.y, mix_seed(seed + 2u));
-    return vec2(x >> 8u) * 5.9604644775390625e-8;
+    return x;
 }
+
+vec2 sequence_pair(uint index, uint seed) { return unit_floats(uvec4(sequence_bits(index, seed), 0u, 0u)).xy; }

@@ -101,7 +101,8 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     s.base_color = color.rgb;
     s.metallic = metallic;
     s.transmission = HAS_TRANSMISSION ? transmission : 0.0;
-    s.alpha = roughness * roughness;
+    // Below the rounding of a direction there is only the mirror.
+    s.alpha = roughness > 1e-3 ? roughness * roughness : 0.0;
     s.f0 = min(square((m.ior - 1.0) / (m.ior + 1.0)) * specular_color, vec3(1.0)) * specular;
     s.f90 = specular;
     s.ior = m.ior;

@@ -20,6 +20,9 @@ vec3 wo;
 vec3 normal_g;
 vec2 fresnel;
 uint longest;
+// Photons lie this far off the sample's plane at most: a quarter of the radius, which a surface with
+// a radius of curvature of twice the photons' stays within.
+float height;
 // The sample lies within a radius of an edge.
 bool clipped;
 vec3 edge_normal[2];
@@ -30,16 +33,14 @@ Rng rng;
 uint kept[STOCHASTIC ? RESERVOIR_MAX : 1u];
 
 // A photon counts where it arrived on the side that the eye sees, on a face that looks the same way
-// (no halo through thin walls), and where the whole path is not longer than allowed.
-bool accepts(PhotonPower p) {
+// (no halo through thin walls) and lies in the same plane (none from a wall close behind), short of
+// the edges, and where the whole path is not longer than allowed.
+bool accepts(PhotonPower p, vec3 offset_w) {
     return photon_edges(p) <= longest
         && dot(unpack_direction(p.wi), normal_g) > 0.0
-        && dot(unpack_direction(p.normal_g), normal_g) > FOLD_COSINE;
-}
-
-bool lies_beyond_edge(vec3 photon_w) {
-    vec3 d = photon_w - view.position_w;
-    return dot(d, edge_normal[0]) < -view.edge_distance.x || dot(d, edge_normal[1]) < -view.edge_distance.y;
+        && dot(unpack_direction(p.normal_g), normal_g) > FOLD_COSINE
+        && abs(dot(offset_w, normal_g)) <= height
+        && !(clipped && (dot(offset_w, edge_normal[0]) < -view.edge_distance.x || dot(offset_w, edge_normal[1]) < -view.edge_distance.y));
 }
 
 // Without view.weight, which all photons share.
@@ -49,7 +50,7 @@ vec3 evaluate(PhotonPower p) {
 
 void visit_photon(uint index) {
     PhotonPower p = maps.power.at[index];
-    if (!accepts(p) || clipped && lies_beyond_edge(maps.positions_w.at[index])) return;
+    if (!accepts(p, maps.positions_w.at[index] - view.position_w)) return;
     if (!STOCHASTIC) {
         sum += evaluate(p);
         return;
@@ -75,6 +76,7 @@ void main() {
 
     float radius = frame.radius[push.map];
     float area = PI * radius * radius;
+    height = 0.25 * radius;
     clipped = view.edge_distance.x < radius;
     if (clipped) {
         for (int i = 0; i < 2; i++) edge_normal[i] = unpack_direction(view.edge_normal[i]);

@@ -22,11 +22,23 @@ impl PhotonTree {
     }
 
     /// Builds the tree level by level, leaves first.
-    pub fn build(commands: &mut Commands, pass: &Pass, maps: Ptr<PhotonMaps>, map: u32, photons: usize) {
+    pub fn build(
+        commands: &mut Commands,
+        pass: &Pass,
+        maps: Ptr<PhotonMaps>,
+        map: u32,
+        photons: usize,
+    ) {
         let shape = Shape::of(photons);
         let (mut first, mut count) = (shape.first_leaf, shape.nodes - shape.first_leaf);
         loop {
-            let push = TreePush { maps, map, first: first as u32, count: count as u32, unused: 0 };
+            let push = TreePush {
+                maps,
+                map,
+                first: first as u32,
+                count: count as u32,
+                unused: 0,
+            };
             commands.dispatch(pass, &push, count);
             if count == 1 {
                 return;
@@ -52,7 +64,10 @@ impl Shape {
             first_leaf += leaves;
             leaves <<= PHOTON_FANOUT_LOG2;
         }
-        Self { nodes: first_leaf + leaves, first_leaf }
+        Self {
+            nodes: first_leaf + leaves,
+            first_leaf,
+        }
     }
 }
 
@@ -62,10 +77,28 @@ mod tests {
 
     #[test]
     fn shapes_are_complete() {
-        assert_eq!(Shape::of(0), Shape { nodes: 1, first_leaf: 0 });
-        assert_eq!(Shape::of(8), Shape { nodes: 1, first_leaf: 0 });
+        assert_eq!(
+            Shape::of(0),
+            Shape {
+                nodes: 1,
+                first_leaf: 0
+            }
+        );
+        assert_eq!(
+            Shape::of(8),
+            Shape {
+                nodes: 1,
+                first_leaf: 0
+            }
+        );
         let fanout = 1 << PHOTON_FANOUT_LOG2;
-        assert_eq!(Shape::of(9), Shape { nodes: 1 + fanout, first_leaf: 1 });
+        assert_eq!(
+            Shape::of(9),
+            Shape {
+                nodes: 1 + fanout,
+                first_leaf: 1
+            }
+        );
         for photons in [100, 5000, 200_000] {
             let shape = Shape::of(photons);
             assert!((shape.nodes - shape.first_leaf) * PHOTON_LEAF as usize >= photons);

@@ -2,9 +2,9 @@
 
 use crate::shared::BvhNode;
 use glam::{Vec3, Vec3A};
+use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
-use obvhs::BvhBuildParams;
 use std::time::Duration;
 
 /// Leaves hold at most this many triangles, so that the shader can push a leaf as one word.
@@ -106,7 +106,8 @@ pub fn morton_order(corners: &[[Vec3; 3]], of: &mut [u32]) {
     let (min, max) = of.iter().fold((Vec3::MAX, Vec3::MIN), |(lo, hi), &i| {
         (lo.min(center(i)), hi.max(center(i)))
     });
-    let scale = Vec3::splat(((1u64 << 21) - 1) as f32) / (max - min).max(Vec3::splat(f32::MIN_POSITIVE));
+    let scale =
+        Vec3::splat(((1u64 << 21) - 1) as f32) / (max - min).max(Vec3::splat(f32::MIN_POSITIVE));
     of.sort_by_cached_key(|&i| {
         let p = ((center(i) - min) * scale).as_u64vec3();
         spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2
@@ -152,7 +153,9 @@ mod tests {
                         let triangle = tree.order[place as usize];
                         seen[triangle as usize] += 1;
                         for corner in corners[triangle as usize] {
-                            assert!(corner.cmpge(min.into()).all() && corner.cmple(max.into()).all());
+                            assert!(
+                                corner.cmpge(min.into()).all() && corner.cmple(max.into()).all()
+                            );
                         }
                     }
                 }
@@ -166,7 +169,10 @@ mod tests {
         let corners = strip(4096);
         let mut order: Vec<u32> = (0..4096).collect();
         let length = |order: &[u32]| -> f32 {
-            order.windows(2).map(|w| corners[w[0] as usize][0].distance(corners[w[1] as usize][0])).sum()
+            order
+                .windows(2)
+                .map(|w| corners[w[0] as usize][0].distance(corners[w[1] as usize][0]))
+                .sum()
         };
         let before = length(&order);
         morton_order(&corners, &mut order);

@@ -75,7 +75,6 @@ pub struct RenderArgs {
     #[arg(long)]
     pub timings: bool,
 
-
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,

@@ -83,7 +83,7 @@ impl Progress {
     pub fn start(limit: Limit, renderer: &Renderer, quiet: bool, json: bool) -> Self {
         let shown = !quiet && !json && std::io::stderr().is_terminal();
         let bar = shown.then(|| {
-            let style = ProgressStyle::with_template("{bar:24} {msg}");
+            let style = ProgressStyle::with_template("{bar:24} {wide_msg}");
             ProgressBar::new(1000)
                 .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });

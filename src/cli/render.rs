@@ -145,10 +145,10 @@ fn report(args: &RenderArgs, renderer: &Renderer, status: &Status, interrupted: 
     say(args, &format!("{verb} {seconds:.1} s: {}", status.text()));
     for (pass, ms) in &timings {
         let share = ms / seconds.max(1e-9) / 10.0;
-        say(args, &format!("{pass:24} {ms:12.1} ms {share:6.1} %"));
+        say(args, &format!("{pass:42} {ms:12.1} ms {share:6.1} %"));
     }
     for (name, count) in &ledger {
-        say(args, &format!("{name:24} {count:15}"));
+        say(args, &format!("{name:42} {count:15}"));
     }
     if args.json {
         let mut end = status.json(if interrupted { "interrupted" } else { "done" });

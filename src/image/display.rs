@@ -6,7 +6,7 @@ use clap::ValueEnum;
 /// How a PNG is made from radiance.
 #[derive(Debug, Clone, Copy, PartialEq, clap::Args)]
 pub struct Display {
-    /// For PNG: radiance [nit] × 2^EV goes into the tone curve. `auto`: the log-average luminance
+    /// For PNG: radiance (nit) × 2^EV goes into the tone curve. `auto`: the log-average luminance
     /// of all pixels that are not black becomes 0.18, but no more than 5 % of them pass 1
     #[arg(long, value_name = "EV|auto", default_value = "auto", value_parser = parse_exposure,
           allow_negative_numbers = true)]
@@ -17,7 +17,7 @@ pub struct Display {
     pub tone: Tone,
 }
 
-/// The power of two that radiance [nit] is multiplied with.
+/// The power of two that radiance (nit) is multiplied with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Exposure {
     /// [`auto_exposure`].
@@ -73,7 +73,7 @@ pub fn neutral(rgb: [f32; 3]) -> [f32; 3] {
     rgb.map(|c| c * (new_peak / peak) * (1.0 - g) + new_peak * g)
 }
 
-/// The exposure [EV] that brings the log-average luminance of all pixels that are not black to 0.18
+/// The exposure (EV) that brings the log-average luminance of all pixels that are not black to 0.18
 /// (Reinhard et al. 2002, §2.1), and at most 5 % of them above 1; 0 for a black image.
 ///
 /// The log-average is taken of luminances clamped between the 5th and 95th percentile, so that

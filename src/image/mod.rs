@@ -53,13 +53,13 @@ pub struct Metadata {
     pub settings: String,
     pub seed: u64,
     pub iterations: u64,
-    /// Radii [m] after the last iteration.
+    /// Radii (m) after the last iteration.
     pub radius_global: f32,
     pub radius_caustic: f32,
     pub device: String,
     /// lightfall's.
     pub version: String,
-    /// Time [s] spent on all iterations.
+    /// Time (s) spent on all iterations.
     pub seconds: f64,
 }
 

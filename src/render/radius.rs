@@ -24,7 +24,10 @@ fn ln_gamma_ratio(n: f64, alpha: f64) -> f64 {
     if n < LARGE {
         return ln_gamma_ratio(n + 1.0, alpha) - ((n + alpha) / (n + 1.0)).ln();
     }
-    let series = |z: f64| 1.0 / (12.0 * z) - 1.0 / (360.0 * z.powi(3)) + 1.0 / (1260.0 * z.powi(5)) - 1.0 / (1680.0 * z.powi(7));
+    let series = |z: f64| {
+        1.0 / (12.0 * z) - 1.0 / (360.0 * z.powi(3)) + 1.0 / (1260.0 * z.powi(5))
+            - 1.0 / (1680.0 * z.powi(7))
+    };
     let (a, b) = (n + alpha, n + 1.0);
     // (a - 1/2) ln a - (b - 1/2) ln b - (a - b), with ln a = ln b + ln(1 + (a - b)/b).
     (a - b) * b.ln() + (a - 0.5) * ((a - b) / b).ln_1p() - (a - b) + series(a) - series(b)
@@ -33,7 +36,9 @@ fn ln_gamma_ratio(n: f64, alpha: f64) -> f64 {
 /// Radii [m] of the caustic and the global map in the first iteration.
 pub fn first_radii(engine: &mut Engine, settings: &Settings) -> Result<[f32; 2]> {
     let wishes = [
-        settings.caustic_radius.unwrap_or(Length::Pixels(CAUSTIC_PIXELS)),
+        settings
+            .caustic_radius
+            .unwrap_or(Length::Pixels(CAUSTIC_PIXELS)),
         settings.radius.unwrap_or(Length::Pixels(GLOBAL_PIXELS)),
     ];
     let pixel = match wishes {
@@ -50,10 +55,18 @@ pub fn first_radii(engine: &mut Engine, settings: &Settings) -> Result<[f32; 2]>
 fn pixel_footprint(engine: &mut Engine) -> Result<f32> {
     engine.gpu.write(&engine.frame, 0, &[engine.frame_data])?;
     let mut commands = engine.gpu.commands()?;
-    engine.view.record(&mut commands, &engine.world, &engine.frame);
+    engine
+        .view
+        .record(&mut commands, &engine.world, &engine.frame);
     commands.submit()?;
-    let samples: Vec<ViewSample> = engine.gpu.read(&engine.view.samples, 0..engine.view.pixel_count())?;
-    let mut footprints: Vec<f32> = samples.iter().filter(|s| s.weight != [0.0; 3]).map(|s| s.footprint).collect();
+    let samples: Vec<ViewSample> = engine
+        .gpu
+        .read(&engine.view.samples, 0..engine.view.pixel_count())?;
+    let mut footprints: Vec<f32> = samples
+        .iter()
+        .filter(|s| s.weight != [0.0; 3])
+        .map(|s| s.footprint)
+        .collect();
     footprints.sort_by(f32::total_cmp);
     let median = footprints.get(footprints.len() / 2).copied();
     // No sample: no gather, so any radius will do.
@@ -71,7 +84,10 @@ mod tests {
             for i in 1..=1_000_000u64 {
                 let closed = shrink(1.0, alpha, i - 1);
                 if i < 100 || i.is_power_of_two() || i % 100_000 == 0 {
-                    assert!((closed / r2 - 1.0).abs() < 1e-9, "α {alpha}, i {i}: {closed} for {r2}");
+                    assert!(
+                        (closed / r2 - 1.0).abs() < 1e-9,
+                        "α {alpha}, i {i}: {closed} for {r2}"
+                    );
                 }
                 r2 *= (i as f64 + alpha) / (i as f64 + 1.0);
             }

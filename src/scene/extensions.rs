@@ -8,12 +8,14 @@ use super::warnings::Warnings;
 enum Support {
     /// Done, or without any effect on a picture.
     Full,
-    /// Left out; the text says what the picture shows instead.
+    /// Left out also where it is required, as its specification foresees; the text says how.
+    Approximated(&'static str),
+    /// Left out where it is not required; the text says what the picture shows instead.
     Ignored(&'static str),
     /// Left out, and the text says how to convert a file that requires it.
     Convert(&'static str),
 }
-use Support::{Convert, Full, Ignored};
+use Support::{Approximated, Convert, Full, Ignored};
 
 const COPY: &str = "convert the file: npx @gltf-transform/cli copy in.glb out.glb";
 
@@ -45,7 +47,7 @@ const TABLE: &[(&str, Support)] = &[
         Ignored("there is no thin film"),
     ),
     ("KHR_materials_sheen", Ignored("there is no sheen")),
-    ("KHR_materials_unlit", Ignored("it is lit")),
+    ("KHR_materials_unlit", Approximated("it is lit")),
     (
         "KHR_materials_variants",
         Ignored("the default material is used"),
@@ -75,11 +77,10 @@ fn support(name: &str) -> Option<&'static Support> {
 
 /// Refuses what the file requires and lightfall cannot do; warns of what it only uses.
 pub(super) fn check(root: &Json, warnings: &mut Warnings) -> Checked<()> {
-    let mut required = HashSet::new();
     for entry in root.items("extensionsRequired")? {
         let name = entry.as_text()?;
         match support(name) {
-            Some(Full) => required.insert(name),
+            Some(Full | Approximated(_)) => {}
             Some(Convert(fix)) => {
                 return Err(entry.fault(format_args!(
                     "the file requires {name}, which is not supported; {fix}"
@@ -90,7 +91,7 @@ pub(super) fn check(root: &Json, warnings: &mut Warnings) -> Checked<()> {
                     "the file requires {name}, which is not supported"
                 )));
             }
-        };
+        }
     }
     let mut met = HashSet::new();
     root.each_extension(&mut |name, path| {
@@ -109,7 +110,7 @@ pub(super) fn check(root: &Json, warnings: &mut Warnings) -> Checked<()> {
 fn warn(name: &str, path: &str, warnings: &mut Warnings) {
     match support(name) {
         Some(Full) => {}
-        Some(Ignored(instead)) => {
+        Some(Approximated(instead) | Ignored(instead)) => {
             warnings.add(path, &format!("{name} is not supported: {instead}"));
         }
         Some(Convert(fix)) => warnings.add(path, &format!("{name} is not supported; {fix}")),

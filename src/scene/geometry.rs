@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::accessor::Asset;
+use super::asset::Asset;
 use super::json::{Checked, Json};
 use super::node::{MAX_COORDINATE, Node};
 use super::primitive::{self, Attributes, Primitive};
@@ -72,7 +72,8 @@ fn add(
     let first = scene.vertices.len();
     for vertex in &primitive.vertices {
         let position = world_from_object.transform_point3(vertex.position_o.as_dvec3());
-        if !(position.abs().max_element() <= MAX_COORDINATE) {
+        let inside = position.abs().max_element() <= MAX_COORDINATE;
+        if !inside {
             return Err(format!("a vertex is beyond {MAX_COORDINATE:e} m"));
         }
         let normal = (normals * vertex.normal_o.as_dvec3()).try_normalize();

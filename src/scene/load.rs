@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::accessor::Asset;
+use super::asset::Asset;
 use super::container::{self, Resources};
 use super::json::{Checked, Json};
 use super::node::{self, Node};
@@ -105,7 +105,7 @@ fn add_lights_and_cameras<'a>(
 }
 
 impl Scene {
-    /// The least and greatest corner [m] of the box around all triangles.
+    /// The least and greatest corner \[m\] of the box around all triangles.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let positions = self
             .triangles

@@ -140,8 +140,9 @@ fn absorption(json: &Json, warnings: &mut Warnings) -> Checked<Vec3> {
     if distance == f64::INFINITY {
         return Ok(Vec3::ZERO);
     }
+    // abs() turns the −0 of a white medium into 0.
     let sigma = color.map(|c| -f64::from(c).ln() / distance.max(f64::MIN_POSITIVE));
-    Ok(Vec3::from(sigma.map(|s| s.min(MAX_ABSORPTION).max(0.0) as f32)).abs())
+    Ok(Vec3::from(sigma.map(|s| s.clamp(0.0, MAX_ABSORPTION) as f32)).abs())
 }
 
 /// The number `key`, moved into `range` with a warning where it lies outside.
@@ -178,7 +179,7 @@ fn clamped<const N: usize>(
 ) -> [f32; N] {
     if !values.iter().all(|value| range.contains(value)) {
         let (low, high) = (range.start(), range.end());
-        let what = format!("not within [{low}, {high}]: moved there");
+        let what = format!("not within [{low}, {high:?}]: moved there");
         warnings.add(&format!("{}/{key}", json.path()), &what);
     }
     values.map(|value| {

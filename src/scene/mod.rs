@@ -4,6 +4,7 @@
 //! ranges that glTF gives them. Later rooms rely on that and check nothing again.
 
 mod accessor;
+mod asset;
 mod container;
 mod extensions;
 mod geometry;
@@ -75,7 +76,7 @@ pub struct Material {
     pub metallic_roughness_texture: Option<TextureRef>,
     pub normal_texture: Option<TextureRef>,
     pub normal_scale: f32,
-    /// Radiance [nit] leaving the front face: emissiveFactor × emissiveStrength.
+    /// Radiance \[nit\] leaving the front face: emissiveFactor × emissiveStrength.
     pub emission: Vec3,
     pub emission_texture: Option<TextureRef>,
     /// Fragments with alpha below this are not there. `None`: opaque.
@@ -165,9 +166,9 @@ pub struct Image {
 /// KHR_lights_punctual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Light {
-    /// Intensity [cd].
+    /// Intensity \[cd\].
     Point { position_w: Vec3, intensity: Vec3 },
-    /// Intensity [cd]; the direction that the light shines in is a unit vector; 0 ≤ inner < outer ≤ π/2.
+    /// Intensity \[cd\]; the direction that the light shines in is a unit vector; 0 ≤ inner < outer ≤ π/2.
     Spot {
         position_w: Vec3,
         direction_w: Vec3,
@@ -175,7 +176,7 @@ pub enum Light {
         inner_cone: f32,
         outer_cone: f32,
     },
-    /// Illuminance [lx] of a surface that faces the light.
+    /// Illuminance \[lx\] of a surface that faces the light.
     Directional {
         direction_w: Vec3,
         illuminance: Vec3,
@@ -188,7 +189,7 @@ pub struct Camera {
     pub name: String,
     /// Rigid: scale and shear are removed.
     pub world_from_camera: Mat4,
-    /// Vertical field of view [rad], above 0 and below π.
+    /// Vertical field of view \[rad\], above 0 and below π.
     pub yfov: f32,
     /// Width over height, where the file says.
     pub aspect: Option<f32>,

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::accessor::Asset;
+use super::asset::Asset;
 use super::json::{Checked, Json};
 use super::warnings::Warnings;
 

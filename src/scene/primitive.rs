@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
-use super::accessor::{Accessor, Asset, Component};
+use super::accessor::{Accessor, Component};
+use super::asset::Asset;
 use super::json::{Checked, Json};
 use super::tangent::add_tangents;
 use super::warnings::Warnings;
@@ -101,7 +102,7 @@ impl<'a> Attributes<'a> {
                 return Err(list.fault("attributes have different counts"));
             }
         }
-        if mode == 4 && attributes.corners() % 3 != 0 {
+        if mode == 4 && !attributes.corners().is_multiple_of(3) {
             return Err(json.fault(format_args!(
                 "{} indices are not whole triangles",
                 attributes.corners()
@@ -214,7 +215,11 @@ fn repair_numbers(primitive: &mut Primitive, json: &Json, warnings: &mut Warning
             }
         }
         let color = vertex.color;
-        vertex.color = Vec4::from(color.to_array().map(|c| c.max(0.0).min(1.0)));
+        vertex.color = Vec4::from(
+            color
+                .to_array()
+                .map(|c| if c.is_nan() { 1.0 } else { c.clamp(0.0, 1.0) }),
+        );
         repaired[1] |= vertex.color != color;
     }
     let what = [
@@ -229,13 +234,15 @@ fn repair_numbers(primitive: &mut Primitive, json: &Json, warnings: &mut Warning
     Ok(())
 }
 
-/// Makes every normal a unit vector. Where the file has none, or none of any use, the corner
-/// gets a vertex of its own with the face normal (glTF 2.0, section 3.7.2.1: flat normals).
+/// Makes every normal a unit vector. Where the file has none, or none of any use, the vertices of
+/// different triangles part and get the face normals (glTF 2.0, section 3.7.2.1: flat normals).
 fn complete_normals(primitive: &mut Primitive) {
     let vertices = &mut primitive.vertices;
+    let mut flat = Vec::new();
     for vertex in vertices.iter_mut() {
         let normal = vertex.normal_o.as_dvec3().try_normalize();
         vertex.normal_o = normal.map_or(Vec3::ZERO, DVec3::as_vec3);
+        flat.push(normal.is_none());
     }
     // Triangles without a face normal have no area, whatever the node does to them.
     primitive.triangles.retain_mut(|triangle| {
@@ -244,10 +251,16 @@ fn complete_normals(primitive: &mut Primitive) {
             return false;
         };
         for (i, mut corner) in triangle.iter_mut().zip(corners) {
-            if corner.normal_o == Vec3::ZERO {
+            if flat[*i as usize] {
+                // The first triangle takes the vertex itself, any other a copy.
+                let first = corner.normal_o == Vec3::ZERO;
                 corner.normal_o = normal;
-                *i = vertices.len() as u32;
-                vertices.push(corner);
+                if first {
+                    vertices[*i as usize] = corner;
+                } else {
+                    *i = vertices.len() as u32;
+                    vertices.push(corner);
+                }
             }
         }
         true

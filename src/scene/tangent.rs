@@ -50,7 +50,7 @@ pub(super) fn add_tangents(
             path,
             "too many triangles meet in a point for MikkTSpace: simpler tangents",
         );
-        mesh.from_faces();
+        mesh.fill_by_face();
     }
     let tangents = mesh.tangents;
     weld(primitive, &tangents);
@@ -78,7 +78,7 @@ struct Corners<'a> {
 
 impl Corners<'_> {
     /// The direction of u on each triangle alone.
-    fn from_faces(&mut self) {
+    fn fill_by_face(&mut self) {
         let triangles = self.primitive.triangles.iter().zip(&self.uvs);
         for ((triangle, [a, b, c]), tangents) in triangles.zip(&mut self.tangents) {
             let corners = triangle.map(|i| self.primitive.vertices[i as usize]);

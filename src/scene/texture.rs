@@ -6,7 +6,7 @@ use std::io::Cursor;
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 
-use super::accessor::Asset;
+use super::asset::Asset;
 use super::container::Resources;
 use super::json::{Checked, Json};
 use super::warnings::Warnings;
@@ -119,6 +119,9 @@ impl<'a, 'b> Textures<'a, 'b> {
                         Some(self.images.len() as u32 - 1)
                     }
                     Err(fault) => {
+                        // The fault may name the path itself.
+                        let prefix = format!("{}/uri: ", image.path());
+                        let fault = fault.strip_prefix(&prefix).unwrap_or(&fault);
                         warnings.add(image.path(), &format!("texture left out: {fault}"));
                         None
                     }

@@ -32,7 +32,11 @@ struct Sorted {
 enum Structure {
     /// Of the caustic and the global map.
     Software([PhotonTree; 2]),
-    Query { boxes: Buffer<PhotonBox>, blas: [BoxBlas; 2], tlas: Tlas },
+    Query {
+        boxes: Buffer<PhotonBox>,
+        blas: [BoxBlas; 2],
+        tlas: Tlas,
+    },
 }
 
 impl Technique for Rtpm {
@@ -52,7 +56,11 @@ impl Rtpm {
     /// For the engine's traversal.
     pub fn new(engine: &Engine) -> Result<Self> {
         let gpu = &engine.gpu;
-        let trace = if engine.world.trace == Trace::Query { "query" } else { "software" };
+        let trace = if engine.world.trace == Trace::Query {
+            "query"
+        } else {
+            "software"
+        };
         let gather = |features| {
             let code = spirv(&format!("rtpm.gather.{trace}"))?;
             gpu.pass("gather", code, &[engine.world.features | features], None)
@@ -94,7 +102,13 @@ impl Rtpm {
         engine.gpu.write(&self.maps, 0, &[maps])
     }
 
-    fn record_build(&self, engine: &Engine, commands: &mut Commands, order: Ptr<u32>, counts: [u32; 2]) -> Result<()> {
+    fn record_build(
+        &self,
+        engine: &Engine,
+        commands: &mut Commands,
+        order: Ptr<u32>,
+        counts: [u32; 2],
+    ) -> Result<()> {
         let count = counts[0] + counts[1];
         let push = PlacePush {
             frame: engine.frame.ptr(),
@@ -150,7 +164,11 @@ impl Rtpm {
                 map,
                 reservoir: engine.reservoir,
             };
-            let pass = if engine.stochastic { &self.gather_stochastic } else { &self.gather };
+            let pass = if engine.stochastic {
+                &self.gather_stochastic
+            } else {
+                &self.gather
+            };
             commands.dispatch(pass, &push, engine.view.tiled_threads());
         }
     }
@@ -162,10 +180,16 @@ impl Sorted {
         let structure = match engine.world.trace {
             Trace::Query => Structure::Query {
                 boxes: gpu.buffer("photon boxes", capacity)?,
-                blas: [gpu.box_blas("caustic photons", capacity)?, gpu.box_blas("global photons", capacity)?],
+                blas: [
+                    gpu.box_blas("caustic photons", capacity)?,
+                    gpu.box_blas("global photons", capacity)?,
+                ],
                 tlas: gpu.tlas("photons", 2)?,
             },
-            _ => Structure::Software([PhotonTree::new(gpu, capacity)?, PhotonTree::new(gpu, capacity)?]),
+            _ => Structure::Software([
+                PhotonTree::new(gpu, capacity)?,
+                PhotonTree::new(gpu, capacity)?,
+            ]),
         };
         Ok(Self {
             positions: gpu.buffer("photon positions", capacity)?,

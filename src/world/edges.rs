@@ -9,7 +9,12 @@ use glam::Vec3;
 pub fn folded_edges(scene: &Scene, corners: &[[Vec3; 3]]) -> Vec<u32> {
     let normals: Vec<Vec3> = corners
         .iter()
-        .map(|[a, b, c]| (b - a).normalize_or_zero().cross((c - a).normalize_or_zero()).normalize_or_zero())
+        .map(|[a, b, c]| {
+            (b - a)
+                .normalize_or_zero()
+                .cross((c - a).normalize_or_zero())
+                .normalize_or_zero()
+        })
         .collect();
     let welded = weld(scene);
     // (the edge's ends in order, triangle, edge)
@@ -18,7 +23,11 @@ pub fn folded_edges(scene: &Scene, corners: &[[Vec3; 3]]) -> Vec<u32> {
         let v = triangle.vertices.map(|v| welded[v as usize]);
         for i in 0..3 {
             let ends = [v[i], v[(i + 1) % 3]];
-            edges.push(([ends[0].min(ends[1]), ends[0].max(ends[1])], t as u32, i as u32));
+            edges.push((
+                [ends[0].min(ends[1]), ends[0].max(ends[1])],
+                t as u32,
+                i as u32,
+            ));
         }
     }
     edges.sort_unstable();
@@ -40,7 +49,11 @@ pub fn folded_edges(scene: &Scene, corners: &[[Vec3; 3]]) -> Vec<u32> {
 /// For each vertex the first one at the same place.
 fn weld(scene: &Scene) -> Vec<u32> {
     // Adding zero makes -0 and 0 the same bits.
-    let key = |v: u32| (scene.vertices[v as usize].position_w + Vec3::ZERO).to_array().map(f32::to_bits);
+    let key = |v: u32| {
+        (scene.vertices[v as usize].position_w + Vec3::ZERO)
+            .to_array()
+            .map(f32::to_bits)
+    };
     let mut order: Vec<u32> = (0..scene.vertices.len() as u32).collect();
     order.sort_by_cached_key(|&v| key(v));
     let mut welded = vec![0; order.len()];
@@ -63,11 +76,28 @@ mod tests {
             [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y],
             [Vec3::ZERO, apex, Vec3::new(1.0, 1.0, -0.0)],
         ];
-        let vertices = corners.iter().flatten().map(|&p| Vertex { position_w: p, ..Default::default() }).collect();
-        let triangles = (0..2)
-            .map(|t| Triangle { vertices: [3 * t, 3 * t + 1, 3 * t + 2], material: 0 })
+        let vertices = corners
+            .iter()
+            .flatten()
+            .map(|&p| Vertex {
+                position_w: p,
+                ..Default::default()
+            })
             .collect();
-        (Scene { vertices, triangles, ..Default::default() }, corners)
+        let triangles = (0..2)
+            .map(|t| Triangle {
+                vertices: [3 * t, 3 * t + 1, 3 * t + 2],
+                material: 0,
+            })
+            .collect();
+        (
+            Scene {
+                vertices,
+                triangles,
+                ..Default::default()
+            },
+            corners,
+        )
     }
 
     #[test]

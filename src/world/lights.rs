@@ -21,12 +21,18 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
         if material.emission.max_element() <= 0.0 {
             continue;
         }
-        let [a, b, c] = triangle.vertices.map(|v| scene.vertices[v as usize].position_w.as_dvec3());
+        let [a, b, c] = triangle
+            .vertices
+            .map(|v| scene.vertices[v as usize].position_w.as_dvec3());
         let area = 0.5 * (b - a).cross(c - a).length();
         let mean = mean_emission(scene, triangle);
         if mean.max_element() > 0.0 && area > 0.0 {
             fluxes.push(std::f64::consts::PI * area * luminance(mean));
-            lights.push(Light { kind: LIGHT_TRIANGLE, triangle: place, ..Default::default() });
+            lights.push(Light {
+                kind: LIGHT_TRIANGLE,
+                triangle: place,
+                ..Default::default()
+            });
         }
     }
     let (min, max) = scene.bounds();
@@ -57,7 +63,10 @@ fn luminance(c: Vec3) -> f64 {
 /// A light without area and its flux [lm] (`physics.md`).
 fn delta_light(light: &scene::Light, scene_radius: f32) -> (Light, Vec3) {
     match *light {
-        scene::Light::Point { position_w, intensity } => (
+        scene::Light::Point {
+            position_w,
+            intensity,
+        } => (
             Light {
                 kind: LIGHT_POINT,
                 position_w: position_w.into(),
@@ -66,7 +75,13 @@ fn delta_light(light: &scene::Light, scene_radius: f32) -> (Light, Vec3) {
             },
             4.0 * PI * intensity,
         ),
-        scene::Light::Spot { position_w, direction_w, intensity, inner_cone, outer_cone } => {
+        scene::Light::Spot {
+            position_w,
+            direction_w,
+            intensity,
+            inner_cone,
+            outer_cone,
+        } => {
             let (cos_inner, cos_outer) = (inner_cone.cos(), outer_cone.cos());
             (
                 Light {
@@ -79,10 +94,15 @@ fn delta_light(light: &scene::Light, scene_radius: f32) -> (Light, Vec3) {
                     ..Default::default()
                 },
                 // The ramp between the cones, squared, carries a third (see light.glsl).
-                2.0 * PI * ((1.0 - cos_inner) + (cos_inner - cos_outer) / 3.0).max(1e-6) * intensity,
+                2.0 * PI
+                    * ((1.0 - cos_inner) + (cos_inner - cos_outer) / 3.0).max(1e-6)
+                    * intensity,
             )
         }
-        scene::Light::Directional { direction_w, illuminance } => (
+        scene::Light::Directional {
+            direction_w,
+            illuminance,
+        } => (
             Light {
                 kind: LIGHT_DIRECTIONAL,
                 direction_w: direction_w.into(),
@@ -118,7 +138,11 @@ fn mean_emission(scene: &Scene, triangle: &scene::Triangle) -> Vec3 {
         let p = uv[0] * (1.0 - r) + uv[1] * (r * (1.0 - s)) + uv[2] * (r * s);
         sum += texel(image, texture.wrap, p, texture.srgb);
     }
-    let brightest = if image.rgba.chunks_exact(4).any(|t| t[..3] != [0; 3]) { 0.01 } else { 0.0 };
+    let brightest = if image.rgba.chunks_exact(4).any(|t| t[..3] != [0; 3]) {
+        0.01
+    } else {
+        0.0
+    };
     material.emission * (sum / (STRATA * STRATA) as f32).max(Vec3::splat(brightest))
 }
 
@@ -131,7 +155,10 @@ fn texel(image: &scene::Image, wrap: [Wrap; 2], uv: Vec2, srgb: bool) -> Vec3 {
         };
         ((x * size as f32) as u32).min(size.saturating_sub(1))
     };
-    let (x, y) = (place(wrap[0], uv.x, image.width), place(wrap[1], uv.y, image.height));
+    let (x, y) = (
+        place(wrap[0], uv.x, image.width),
+        place(wrap[1], uv.y, image.height),
+    );
     let at = (y as usize * image.width as usize + x as usize) * 4;
     let Some(t) = image.rgba.get(at..at + 3) else {
         return Vec3::ZERO;
@@ -151,7 +178,8 @@ fn alias_table(lights: &mut [Light], weights: &[f64]) {
     let total: f64 = weights.iter().sum();
     let scale = lights.len() as f64 / total;
     let mut left: Vec<f64> = weights.iter().map(|w| w * scale).collect();
-    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..left.len()).partition(|&i| left[i] < 1.0);
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) =
+        (0..left.len()).partition(|&i| left[i] < 1.0);
     for (i, light) in lights.iter_mut().enumerate() {
         light.probability = (weights[i] / total) as f32;
         light.alias_threshold = 1.0;

@@ -57,7 +57,7 @@ pub fn ring_caustic() -> Vec<u8> {
     let plane = Shape::default().quad(dvec3(-1.0, 0.0, -1.0), DVec3::Z * 2.0, DVec3::X * 2.0);
     glb.put("table", &plane, table);
     glb.put("ring", &ring(), gold);
-    glb.spot(dvec3(-0.7, 0.55, -0.35), DVec3::ZERO, 4.5, [0.28, 0.38]);
+    glb.spot(dvec3(-0.72, 0.41, -0.36), DVec3::ZERO, 2.8, [0.24, 0.34]);
     glb.camera(dvec3(0.0, 0.42, 0.3), dvec3(0.0, 0.01, 0.0), 0.55, WIDE);
     glb.finish()
 }
@@ -136,7 +136,8 @@ pub fn water() -> Shape {
     )
 }
 
-/// A tumbler before a mirror. A card hides its caustic from the camera: only the mirror shows it.
+/// A tumbler and a ball before a mirror. A card hides their caustics from the camera: only the mirror
+/// shows them.
 pub fn glass_mirror() -> Vec<u8> {
     let mut glb = Glb::default();
     let plaster = glb.material(diffuse("plaster", WHITE));
@@ -155,27 +156,29 @@ pub fn glass_mirror() -> Vec<u8> {
     let card = Shape::default().cuboid(dvec3(-0.3, 0.001, 0.25), dvec3(0.3, 0.2, 0.255), 1.0);
     glb.put("card", &card, paper);
     glb.put("tumbler", &tumbler(), glass);
-    // 5 cm wide, turned towards the tumbler.
-    let position = dvec3(0.12, 0.75, -0.4);
-    let forward = (dvec3(0.0, 0.05, 0.0) - position).normalize();
+    let ball = glb.geometry(&Shape::sphere(4));
+    glb.place("ball", ball, glass, 0.04, dvec3(-0.11, 0.0401, -0.06));
+    // 5 cm wide, turned towards the glass from the side, out of sight.
+    let position = dvec3(0.45, 0.45, -0.2);
+    let forward = (dvec3(-0.05, 0.05, 0.0) - position).normalize();
     let side = forward.cross(DVec3::Y).normalize() * 0.05;
     let up = side.cross(forward);
     let panel = Shape::default().quad(position - (side + up) / 2.0, up, side);
     glb.put("lamp", &panel, lamp);
-    glb.camera(dvec3(0.0, 0.5, 1.4), dvec3(0.0, 0.1, -0.1), 0.42, 1.0);
+    glb.camera(dvec3(0.0, 0.5, 1.4), dvec3(0.0, 0.07, -1.0), 0.26, 1.0);
     glb.finish()
 }
 
-/// 7 cm wide, 11 cm high, a 1.5 cm base, lifted by 0.1 mm so that nothing touches.
+/// 8 cm wide, 11 cm high, heavy: a 3.5 cm base, lifted by 0.1 mm so that nothing touches.
 pub fn tumbler() -> Shape {
     let low = 0.0001;
     let corners = [
         (dvec2(0.0, low), 0.0),
-        (dvec2(0.03, low), 0.004),
-        (dvec2(0.035, 0.11), 0.0008),
-        (dvec2(0.033, 0.11), 0.0008),
-        (dvec2(0.0282, 0.015), 0.006),
-        (dvec2(0.0, 0.015), 0.0),
+        (dvec2(0.036, low), 0.006),
+        (dvec2(0.04, 0.11), 0.0015),
+        (dvec2(0.036, 0.11), 0.0015),
+        (dvec2(0.0315, 0.035), 0.012),
+        (dvec2(0.0, 0.035), 0.0),
     ];
     Shape::lathe(&rounded(&corners, 6), 160)
 }

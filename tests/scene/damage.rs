@@ -1,0 +1,169 @@
+//! Faults: refused with their place, whatever the bytes.
+
+use lightfall::scene::{self};
+use serde_json::{Value, json};
+
+use crate::document::{Document, base64, load_files, png};
+
+#[test]
+fn bad_geometry_is_refused() {
+    let mut document = Document::triangle();
+    document.indices(&[0, 1, 3]);
+    assert!(document.fault().contains("/meshes/0/primitives/0: index 3"));
+
+    let mut document = Document::triangle();
+    document.indices(&[0, 1, 2, 0]);
+    assert!(document.fault().contains("not whole triangles"));
+
+    let mut document = Document::triangle();
+    document.json["accessors"][0]["count"] = json!(4_000_000_000u64);
+    assert!(
+        document
+            .fault()
+            .contains("/accessors/0: 4000000000 elements")
+    );
+
+    let mut document = Document::triangle();
+    document.json["accessors"][0]["count"] = json!(u64::MAX);
+    assert!(document.fault().contains("/accessors/0"));
+
+    let mut document = Document::triangle();
+    document.json["bufferViews"][0]["byteOffset"] = json!(u64::MAX);
+    assert!(document.fault().contains("/bufferViews/0"));
+
+    let mut document = Document::triangle();
+    document.json["accessors"][0]["byteOffset"] = json!(2);
+    assert!(document.fault().contains("not aligned"));
+
+    let mut document = Document::triangle();
+    document.attribute("NORMAL", &[[0., 0., 1.]; 2]);
+    assert!(document.fault().contains("different counts"));
+
+    let mut document = Document::triangle();
+    document.json["nodes"][0]["translation"] = json!([1e30, 0, 0]);
+    assert!(document.fault().contains("/nodes/0"));
+
+    let mut document = Document::triangle();
+    let view = document.json["accessors"][0].as_object_mut().unwrap();
+    view.remove("bufferView");
+    document.json["accessors"][0]["count"] = json!(3_000_000_000u64);
+    assert!(document.fault().contains("without a bufferView"));
+}
+
+#[test]
+fn instancing_bomb_is_refused_before_it_is_read() {
+    let mut document = Document::new();
+    document.attribute("POSITION", &vec![[0., 0., 0.]; 30_000]);
+    let nodes: Vec<Value> = (0..10_000).map(|_| json!({"mesh": 0})).collect();
+    document.json["nodes"] = json!(nodes);
+    document.json["scenes"][0]["nodes"] = json!((0..10_000).collect::<Vec<_>>());
+    assert!(document.fault().contains("instances counted"));
+}
+
+#[test]
+fn external_files_stay_in_the_folder() {
+    let document = Document::triangle();
+    let with = |uri: &str| {
+        let mut json = document.json.clone();
+        json["buffers"] = json!([{"byteLength": document.bytes.len(), "uri": uri}]);
+        let text = json.to_string();
+        load_files(&[
+            ("scene.gltf", text.as_bytes()),
+            ("my data.bin", &document.bytes),
+        ])
+    };
+    let here = with("my%20data.bin").unwrap();
+    assert_eq!(here.triangles.len(), 1);
+    let data = format!(
+        "data:application/octet-stream;base64,{}",
+        base64(&document.bytes)
+    );
+    let inline = with(&data).unwrap();
+    assert_eq!(inline.vertices, here.vertices);
+
+    for uri in [
+        "../my data.bin",
+        "%2e%2e/x.bin",
+        "a/../../x.bin",
+        "/etc/hostname",
+        "..\\x.bin",
+        "\\x.bin",
+        "C:\\x.bin",
+        "file:///etc/hostname",
+        "http://localhost:1/x.bin",
+        "",
+        "%00",
+        "%FF",
+        ".",
+        "absent.bin",
+        "data:,x",
+        "data:;base64,@",
+        "data:;base64,AAAA",
+    ] {
+        let fault = with(uri).expect_err(uri).to_string();
+        assert!(fault.contains("scene.gltf: /buffers/0"), "{fault}");
+    }
+    assert!(
+        with("../my data.bin")
+            .unwrap_err()
+            .to_string()
+            .contains("out of the scene's folder")
+    );
+}
+
+#[test]
+fn the_hash_covers_external_files() {
+    let mut document = Document::triangle();
+    let hash = |document: &Document| {
+        let mut json = document.json.clone();
+        json["buffers"] = json!([{"byteLength": document.bytes.len(), "uri": "a.bin"}]);
+        let text = json.to_string();
+        let scene = load_files(&[("a.gltf", text.as_bytes()), ("a.bin", &document.bytes)]).unwrap();
+        let expected = blake3::hash(&[text.as_bytes(), &document.bytes].concat());
+        assert_eq!(scene.hash, *expected.as_bytes());
+        scene.hash
+    };
+    let before = hash(&document);
+    document.bytes[12] ^= 1;
+    assert_ne!(hash(&document), before);
+}
+
+/// Many cuts and many single-byte changes of a document with all kinds of data: any outcome, no
+/// panic, and only finite numbers.
+#[test]
+fn no_damage_makes_it_panic() {
+    let mut document = Document::square(true);
+    let view = document.view(&png([128, 128, 255, 255]));
+    document.json["images"] = json!([{"bufferView": view}]);
+    document.json["textures"] = json!([{"source": 0}]);
+    document.material(json!({"normalTexture": {"index": 0}}));
+    document.lamp(json!({"type": "spot", "spot": {}}));
+    let whole = document.glb();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.glb");
+    let attempt = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        if let Ok(scene) = scene::load(&path) {
+            for vertex in scene.triangles.iter().flat_map(|t| t.vertices) {
+                let vertex = scene.vertices[vertex as usize];
+                assert!(vertex.position_w.is_finite() && vertex.normal_w.is_finite());
+                assert!(vertex.tangent_w.is_finite() && vertex.uv[0].is_finite());
+            }
+        }
+    };
+    for cut in (0..whole.len()).step_by(3) {
+        attempt(&whole[..cut]);
+    }
+    let mut state = 1u64;
+    for _ in 0..2_000 {
+        let mut bytes = whole.clone();
+        for _ in 0..3 {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            let at = (state >> 33) as usize % bytes.len();
+            bytes[at] = (state >> 24) as u8;
+        }
+        attempt(&bytes);
+    }
+}

@@ -1,0 +1,212 @@
+//! Nodes, scenes, cameras and lights.
+
+use glam::Vec3;
+use lightfall::scene::Light;
+use serde_json::{Value, json};
+
+use crate::document::{Document, corners, load_files, near};
+
+#[test]
+fn transforms_nest() {
+    let mut document = Document::triangle();
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    document.json["nodes"] = json!([
+        {"children": [1], "translation": [10, 0, 0], "rotation": [0, half, 0, half]},
+        {"children": [2], "scale": [2, 3, 4]},
+        {"mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 1,1,1,1]},
+    ]);
+    let scene = document.load();
+    // (x, y, z) + 1, scaled, turned by 90° about y (x → −z, z → x), moved.
+    let place =
+        |x: f32, y: f32, z: f32| Vec3::new(10. + 4. * (z + 1.), 3. * (y + 1.), -2. * (x + 1.));
+    let expected = [place(0., 0., 0.), place(1., 0., 0.), place(0., 1., 0.)];
+    let (found, _) = corners(&scene, 0);
+    assert!(
+        found.iter().zip(expected).all(|(a, b)| near(*a, b)),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn cycles_and_shared_children_are_refused() {
+    for nodes in [
+        json!([{"mesh": 0, "children": [0]}]),
+        json!([{"children": [1]}, {"mesh": 0, "children": [2]}, {"children": [1]}]),
+        json!([{"children": [1, 2]}, {"children": [3]}, {"children": [3]}, {"mesh": 0}]),
+    ] {
+        let mut document = Document::triangle();
+        document.json["nodes"] = nodes;
+        assert!(document.fault().contains("reached twice"));
+    }
+}
+
+#[test]
+fn deep_chains_do_not_overflow_the_stack() {
+    let mut document = Document::triangle();
+    let depth = 200_000;
+    let mut nodes: Vec<Value> = (1..depth).map(|i| json!({"children": [i]})).collect();
+    nodes.push(json!({"mesh": 0}));
+    document.json["nodes"] = json!(nodes);
+    assert_eq!(document.load().triangles.len(), 1);
+    // JSON that nests as deeply is not glTF, and is refused, not followed.
+    let bomb = "{\"asset\":".to_owned() + &"[".repeat(100_000);
+    assert!(load_files(&[("scene.gltf", bomb.as_bytes())]).is_err());
+}
+
+#[test]
+fn the_default_scene_is_used_else_the_first() {
+    let mut document = Document::triangle();
+    document.json["nodes"] = json!([{"mesh": 0}, {"mesh": 0, "translation": [0, 0, 5]}]);
+    document.json["scenes"] = json!([{"nodes": [0]}, {"nodes": [1]}]);
+    assert_eq!(document.load().bounds().0.z, 0.0);
+    document.json["scene"] = json!(1);
+    assert_eq!(
+        document.load().bounds(),
+        (Vec3::new(0., 0., 5.), Vec3::new(1., 1., 5.))
+    );
+    document.json["scene"] = json!(2);
+    assert!(document.fault().contains("/scene: "));
+}
+
+#[test]
+fn a_scene_without_triangles_is_refused() {
+    let mut document = Document::triangle();
+    document.json["nodes"] = json!([{}]);
+    assert!(document.fault().ends_with("no triangles to render"));
+}
+
+#[test]
+fn default_camera_frames_the_box() {
+    let mut document = Document::triangle();
+    document.json["nodes"][0]["scale"] = json!([200, 3, 1]);
+    document.json["nodes"][0]["translation"] = json!([-50, 20, 7]);
+    let scene = document.load();
+    let [camera] = &scene.cameras[..] else {
+        panic!()
+    };
+    assert!((camera.yfov.to_degrees() - 45.0).abs() < 1e-4);
+    let camera_from_world = camera.world_from_camera.inverse();
+    let (low, high) = scene.bounds();
+    let limit = (camera.yfov / 2.0).tan();
+    let mut widest = 0f32;
+    for corner in 0..8 {
+        let pick = |bit: usize| {
+            if corner >> bit & 1 == 0 {
+                low[bit]
+            } else {
+                high[bit]
+            }
+        };
+        let p = camera_from_world.transform_point3(Vec3::new(pick(0), pick(1), pick(2)));
+        assert!(p.z < 0.0);
+        widest = widest.max(p.x.abs().max(p.y.abs()) / -p.z);
+    }
+    assert!(
+        widest <= limit && widest > 0.8 * limit,
+        "{widest} of {limit}"
+    );
+}
+
+#[test]
+fn cameras_are_rigid() {
+    let mut document = Document::triangle();
+    document.json["cameras"] = json!([
+        {"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "aspectRatio": 1.5}},
+        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 1, "znear": 0}},
+    ]);
+    document.json["nodes"] = json!([{"mesh": 0}, {"camera": 1},
+        {"scale": [-3, 2, 5], "children": [3]}, {"camera": 0, "name": "eye", "translation": [1, 0, 0]}]);
+    document.json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    let scene = document.load();
+    let [camera] = &scene.cameras[..] else {
+        panic!()
+    };
+    assert_eq!(
+        (camera.name.as_str(), camera.yfov, camera.aspect),
+        ("eye", 0.8, Some(1.5))
+    );
+    let m = camera.world_from_camera;
+    assert!((m.determinant() - 1.0).abs() < 1e-5);
+    assert!(near(m.z_axis.truncate(), Vec3::Z) && near(m.y_axis.truncate(), Vec3::Y));
+    assert!(near(m.w_axis.truncate(), Vec3::new(-3., 0., 0.)));
+    assert_eq!(scene.warnings.len(), 1);
+    assert!(scene.warnings[0].starts_with("/cameras/1: "));
+
+    for lens in [
+        json!({"yfov": 0}),
+        json!({"yfov": 4}),
+        json!({}),
+        json!({"yfov": 1, "aspectRatio": -1}),
+    ] {
+        document.json["cameras"][0]["perspective"] = lens;
+        assert!(document.fault().contains("/cameras/0/perspective"));
+    }
+}
+
+#[test]
+fn lights_stand_where_their_nodes_are() {
+    let light = |light: Value| {
+        let mut document = Document::triangle();
+        document.json["nodes"][0]["translation"] = json!([1, 2, 3]);
+        let half = std::f32::consts::FRAC_1_SQRT_2;
+        // 90° about x turns −z to +y.
+        document.json["nodes"][0]["rotation"] = json!([half, 0, 0, half]);
+        document.json["nodes"][0]["scale"] = json!([-2, 2, 2]);
+        document.lamp(light);
+        document.try_load().map(|scene| scene.lights[0])
+    };
+    let position_w = Vec3::new(1., 2., 3.);
+    let point = light(json!({"type": "point"})).unwrap();
+    assert_eq!(
+        point,
+        Light::Point {
+            position_w,
+            intensity: Vec3::ONE
+        }
+    );
+    let sun =
+        light(json!({"type": "directional", "intensity": 100, "color": [1, 0.5, 0]})).unwrap();
+    let Light::Directional {
+        direction_w,
+        illuminance,
+    } = sun
+    else {
+        panic!()
+    };
+    assert!(near(direction_w, Vec3::Y));
+    assert_eq!(illuminance, Vec3::new(100., 50., 0.));
+
+    let spot = |spot: Value| light(json!({"type": "spot", "spot": spot, "intensity": 5}));
+    let Light::Spot {
+        inner_cone,
+        outer_cone,
+        direction_w,
+        intensity,
+        ..
+    } = spot(json!({})).unwrap()
+    else {
+        panic!()
+    };
+    assert!(near(direction_w, Vec3::Y));
+    assert_eq!((inner_cone, outer_cone), (0.0, std::f32::consts::FRAC_PI_4));
+    assert_eq!(intensity, Vec3::splat(5.0));
+    // Equal in f32, though not in the file; and π/2 rounded up.
+    let rounded = std::f64::consts::FRAC_PI_2 + 4e-6;
+    let narrow = json!({"innerConeAngle": rounded - 1e-9, "outerConeAngle": rounded});
+    let Light::Spot {
+        inner_cone,
+        outer_cone,
+        ..
+    } = spot(narrow).unwrap()
+    else {
+        panic!()
+    };
+    assert!(inner_cone < outer_cone && outer_cone <= std::f32::consts::FRAC_PI_2);
+    let wrong = spot(json!({"innerConeAngle": 1.2, "outerConeAngle": 0.4})).unwrap_err();
+    assert!(
+        wrong
+            .to_string()
+            .contains("/extensions/KHR_lights_punctual/lights/0/spot")
+    );
+    assert!(light(json!({"type": "laser"})).is_err());
+}

@@ -1,0 +1,9 @@
+//! The glTF loader: small documents with known answers, damage, and the public scenes.
+
+mod damage;
+mod document;
+mod geometry;
+mod hierarchy;
+mod materials;
+mod public;
+mod textures;
