@@ -17,7 +17,10 @@ pub struct Device(Gpu);
 
 impl Device {
     pub fn open() -> Self {
-        let options = OpenOptions { device: None, validate: true };
+        let options = OpenOptions {
+            device: None,
+            validate: true,
+        };
         Self(Gpu::open(&options).expect("a Vulkan device: install mesa-vulkan-drivers"))
     }
 
@@ -59,7 +62,12 @@ pub fn settings(edge: u32, photons: u32, radius: f32) -> Settings {
 
 /// A layer's floats; `""` is the beauty image.
 pub fn layer<'a>(picture: &'a Picture, name: &str) -> &'a [f32] {
-    &picture.layers.iter().find(|l| l.name == name).expect(name).pixels
+    &picture
+        .layers
+        .iter()
+        .find(|l| l.name == name)
+        .expect(name)
+        .pixels
 }
 
 /// A mean of independent iterations and its standard error.
@@ -74,18 +82,28 @@ impl Estimate {
         let n = samples.len() as f64;
         let mean = samples.iter().sum::<f64>() / n;
         let variance = samples.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        Self { mean, error: (variance / n).sqrt() }
+        Self {
+            mean,
+            error: (variance / n).sqrt(),
+        }
     }
 }
 
 /// Estimates of what `measure` finds in a picture; it must be linear in the pixels, as the value of
 /// an iteration alone is got back from the running means.
-pub fn estimate(renderer: &mut Renderer, iterations: u32, measure: impl Fn(&Picture) -> Vec<f64>) -> Vec<Estimate> {
+pub fn estimate(
+    renderer: &mut Renderer,
+    iterations: u32,
+    measure: impl Fn(&Picture) -> Vec<f64>,
+) -> Vec<Estimate> {
     let mut samples: Vec<Vec<f64>> = Vec::new();
     let mut before = Vec::new();
     for n in 1..=iterations {
         renderer.iterate().unwrap();
-        let total: Vec<f64> = measure(&renderer.picture().unwrap()).iter().map(|s| s * f64::from(n)).collect();
+        let total: Vec<f64> = measure(&renderer.picture().unwrap())
+            .iter()
+            .map(|s| s * f64::from(n))
+            .collect();
         before.resize(total.len(), 0.0);
         samples.resize(total.len(), Vec::new());
         for i in 0..total.len() {
@@ -122,7 +140,10 @@ pub fn expected(scene: &Scene, edge: u32, radiance: impl Fn(Vec3, Vec3) -> Vec3)
     for y in 0..edge * STRATA {
         for x in 0..edge * STRATA {
             let d = vec3(ndc(x) * tan, -ndc(y) * tan, -1.0);
-            let l = radiance(eye, camera.world_from_camera.transform_vector3(d).normalize());
+            let l = radiance(
+                eye,
+                camera.world_from_camera.transform_vector3(d).normalize(),
+            );
             let at = (y / STRATA * edge + x / STRATA) as usize * 3;
             for c in 0..3 {
                 image[at + c] += l[c] / (STRATA * STRATA) as f32;
@@ -135,22 +156,43 @@ pub fn expected(scene: &Scene, edge: u32, radiance: impl Fn(Vec3, Vec3) -> Vec3)
 /// Holds a layer to a closed form on every traversal: the mean to 0.5 % and its standard error, each
 /// of 3 × 3 blocks to both together; the standard error of the mean must be below 0.25 %, or the
 /// comparison would say nothing.
-pub fn check(scene: &Scene, settings: &Settings, iterations: u32, name: &str, radiance: impl Fn(Vec3, Vec3) -> Vec3) {
+pub fn check(
+    scene: &Scene,
+    settings: &Settings,
+    iterations: u32,
+    name: &str,
+    radiance: impl Fn(Vec3, Vec3) -> Vec3,
+) {
     let device = Device::open();
     let edge = settings.size.unwrap()[0];
     let truth = block_means(&expected(scene, edge, radiance));
     for trace in device.traversals() {
-        let settings = Settings { trace, ..settings.clone() };
+        let settings = Settings {
+            trace,
+            ..settings.clone()
+        };
         let mut renderer = Renderer::new(&device, scene, &settings).unwrap();
-        let found = estimate(&mut renderer, iterations, |picture| block_means(layer(picture, name)));
-        println!("{trace:?}: mean {:.5} ± {:.5} of the truth", found[0].mean / truth[0], found[0].error / truth[0]);
+        let found = estimate(&mut renderer, iterations, |picture| {
+            block_means(layer(picture, name))
+        });
+        println!(
+            "{trace:?}: mean {:.5} ± {:.5} of the truth",
+            found[0].mean / truth[0],
+            found[0].error / truth[0]
+        );
         for (block, (f, t)) in found.iter().zip(&truth).enumerate() {
             let (off, sigma, percent) = ((f.mean - t).abs(), SIGMAS * f.error, 0.005 * t.abs());
             if block == 0 {
                 assert!(f.error <= 0.0025 * t, "{trace:?}: too noisy: {f:?} for {t}");
-                assert!(off <= percent && off <= sigma.max(1e-5 * t), "{trace:?}: mean {f:?} for {t}");
+                assert!(
+                    off <= percent && off <= sigma.max(1e-5 * t),
+                    "{trace:?}: mean {f:?} for {t}"
+                );
             }
-            assert!(off <= sigma + percent, "{trace:?}: block {block}: {f:?} for {t}");
+            assert!(
+                off <= sigma + percent,
+                "{trace:?}: block {block}: {f:?} for {t}"
+            );
         }
     }
 }

@@ -27,7 +27,10 @@ pub fn floor_scene(half: f32, yfov: f32) -> Scene {
 fn a_point_light_over_a_floor() {
     let (height, intensity) = (0.8, vec3(3.0, 5.0, 7.0));
     let mut scene = floor_scene(1.5, 0.7);
-    scene.lights.push(Light::Point { position_w: Vec3::Y * height, intensity });
+    scene.lights.push(Light::Point {
+        position_w: Vec3::Y * height,
+        intensity,
+    });
     check(&scene, &settings(64, 200_000, 0.03), 16, "", |eye, d| {
         let p = on_floor(eye, d);
         let cos = height / p.distance(Vec3::Y * height);
@@ -39,13 +42,24 @@ fn a_point_light_over_a_floor() {
 #[test]
 fn a_spot_light_over_a_floor() {
     let position_w = vec3(0.4, 1.0, 0.1);
-    let (direction_w, intensity, inner_cone, outer_cone) =
-        ((vec3(0.0, 0.0, 0.0) - position_w).normalize(), vec3(3.0, 5.0, 7.0), 0.3_f32, 0.7_f32);
+    let (direction_w, intensity, inner_cone, outer_cone) = (
+        (vec3(0.0, 0.0, 0.0) - position_w).normalize(),
+        vec3(3.0, 5.0, 7.0),
+        0.3_f32,
+        0.7_f32,
+    );
     let mut scene = floor_scene(3.0, 0.6);
-    scene.lights.push(Light::Spot { position_w, direction_w, intensity, inner_cone, outer_cone });
+    scene.lights.push(Light::Spot {
+        position_w,
+        direction_w,
+        intensity,
+        inner_cone,
+        outer_cone,
+    });
     check(&scene, &settings(64, 100_000, 0.03), 16, "", |eye, d| {
         let to = on_floor(eye, d) - position_w;
-        let ramp = (to.normalize().dot(direction_w) - outer_cone.cos()) / (inner_cone.cos() - outer_cone.cos());
+        let ramp = (to.normalize().dot(direction_w) - outer_cone.cos())
+            / (inner_cone.cos() - outer_cone.cos());
         let cos = -to.y / to.length();
         ALBEDO * intensity * ramp.clamp(0.0, 1.0).powi(2) * cos / (PI * to.length_squared())
     });
@@ -56,8 +70,13 @@ fn a_spot_light_over_a_floor() {
 fn a_directional_light_over_a_floor() {
     let (direction_w, illuminance) = (vec3(0.6, -0.8, 0.0), vec3(3.0, 5.0, 7.0));
     let mut scene = floor_scene(1.2, 0.6);
-    scene.lights.push(Light::Directional { direction_w, illuminance });
-    check(&scene, &settings(64, 100_000, 0.03), 16, "", |_, _| ALBEDO * illuminance * 0.8 / PI);
+    scene.lights.push(Light::Directional {
+        direction_w,
+        illuminance,
+    });
+    check(&scene, &settings(64, 100_000, 0.03), 16, "", |_, _| {
+        ALBEDO * illuminance * 0.8 / PI
+    });
 }
 
 /// ∫ cos / π over the rectangle from (0, 0) to (x, z) at height 1, from a floor point below its
@@ -73,7 +92,13 @@ fn a_square_lamp_over_a_floor() {
     let (height, half, emitted) = (0.7, 0.4, vec3(3.0, 5.0, 7.0));
     let mut scene = floor_scene(1.5, 0.6);
     let shine = material(&mut scene, lamp(emitted));
-    quad(&mut scene, Vec3::Y * height, Vec3::X * half, Vec3::Z * half, shine);
+    quad(
+        &mut scene,
+        Vec3::Y * height,
+        Vec3::X * half,
+        Vec3::Z * half,
+        shine,
+    );
     check(&scene, &settings(64, 100_000, 0.03), 16, "", |eye, d| {
         let p = on_floor(eye, d);
         let mut factor = 0.0;
@@ -87,13 +112,29 @@ fn a_square_lamp_over_a_floor() {
 /// Shading normals stand for a smooth surface: with all normals tilted, L = ρ E cosθₛ / π.
 #[test]
 fn a_floor_with_tilted_shading_normals() {
-    let (direction_w, illuminance, normal) = (vec3(-0.6, -0.8, 0.0), vec3(3.0, 5.0, 7.0), vec3(0.28, 0.96, 0.0));
+    let (direction_w, illuminance, normal) = (
+        vec3(-0.6, -0.8, 0.0),
+        vec3(3.0, 5.0, 7.0),
+        vec3(0.28, 0.96, 0.0),
+    );
     let mut scene = Scene::default();
     let diffuse = material(&mut scene, lambertian(ALBEDO));
-    bent_quad(&mut scene, Vec3::ZERO, Vec3::Z * 1.2, Vec3::X * 1.2, normal, diffuse);
+    bent_quad(
+        &mut scene,
+        Vec3::ZERO,
+        Vec3::Z * 1.2,
+        Vec3::X * 1.2,
+        normal,
+        diffuse,
+    );
     camera(&mut scene, vec3(0.5, 3.0, 0.0), Vec3::ZERO, 0.6);
-    scene.lights.push(Light::Directional { direction_w, illuminance });
-    check(&scene, &settings(64, 100_000, 0.03), 16, "", |_, _| ALBEDO * illuminance * -normal.dot(direction_w) / PI);
+    scene.lights.push(Light::Directional {
+        direction_w,
+        illuminance,
+    });
+    check(&scene, &settings(64, 100_000, 0.03), 16, "", |_, _| {
+        ALBEDO * illuminance * -normal.dot(direction_w) / PI
+    });
 }
 
 /// A coarse sphere with smooth normals under a far light looks as the ideal sphere does.
@@ -104,7 +145,10 @@ fn a_smooth_shaded_sphere() {
     let diffuse = material(&mut scene, lambertian(ALBEDO));
     sphere(&mut scene, Vec3::ZERO, 1.0, 3, true, diffuse);
     camera(&mut scene, vec3(0.0, 4.0, 0.0), Vec3::ZERO, 0.3);
-    scene.lights.push(Light::Directional { direction_w, illuminance });
+    scene.lights.push(Light::Directional {
+        direction_w,
+        illuminance,
+    });
     check(&scene, &settings(64, 100_000, 0.03), 16, "", |eye, d| {
         let b = eye.dot(d);
         let normal = eye + d * (-b - (b * b - eye.length_squared() + 1.0).sqrt());

@@ -8,7 +8,10 @@ use lightfall::scene::{Material, Scene};
 
 fn furnace(room: impl Fn(&mut Scene, u32), eye: Vec3, target: Vec3) -> Scene {
     let mut scene = Scene::default();
-    let wall = Material { emission: Vec3::splat(0.5), ..lambertian(Vec3::splat(0.5)) };
+    let wall = Material {
+        emission: Vec3::splat(0.5),
+        ..lambertian(Vec3::splat(0.5))
+    };
     let wall = material(&mut scene, wall);
     room(&mut scene, wall);
     camera(&mut scene, eye, target, 1.5);
@@ -20,7 +23,9 @@ fn furnace(room: impl Fn(&mut Scene, u32), eye: Vec3, target: Vec3) -> Scene {
 fn a_box_looks_the_same_everywhere() {
     let room = |scene: &mut Scene, wall| cuboid(scene, Vec3::ZERO, -vec3(1.0, 1.0, 1.0), wall);
     let scene = furnace(room, vec3(0.5, 0.3, 0.6), vec3(-1.0, -0.7, -0.9));
-    check(&scene, &settings(96, 100_000, 0.006), 16, "", |_, _| Vec3::ONE);
+    check(&scene, &settings(96, 100_000, 0.006), 16, "", |_, _| {
+        Vec3::ONE
+    });
 }
 
 /// No edge here: a ball of radius r about a point of a sphere cuts off exactly π r² of it
@@ -29,5 +34,7 @@ fn a_box_looks_the_same_everywhere() {
 fn a_sphere_looks_the_same_everywhere() {
     let room = |scene: &mut Scene, wall| sphere(scene, Vec3::ZERO, -1.0, 4, false, wall);
     let scene = furnace(room, vec3(0.4, 0.1, -0.2), vec3(-1.0, 0.2, 0.3));
-    check(&scene, &settings(48, 50_000, 0.05), 16, "", |_, _| Vec3::ONE);
+    check(&scene, &settings(48, 50_000, 0.05), 16, "", |_, _| {
+        Vec3::ONE
+    });
 }

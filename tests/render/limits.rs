@@ -12,8 +12,13 @@ use lightfall::settings::{Settings, Trace};
 fn nothing_that_shines_is_an_error() {
     let device = Device::open();
     for trace in device.traversals() {
-        let settings = Settings { trace, ..settings(8, 100, 0.1) };
-        let error = Renderer::new(&device, &floor_scene(1.0, 0.5), &settings).err().expect("light");
+        let settings = Settings {
+            trace,
+            ..settings(8, 100, 0.1)
+        };
+        let error = Renderer::new(&device, &floor_scene(1.0, 0.5), &settings)
+            .err()
+            .expect("light");
         assert!(error.to_string().contains("nothing emits light"), "{error}");
     }
 }
@@ -22,12 +27,18 @@ fn nothing_that_shines_is_an_error() {
 fn one_pixel() {
     let device = Device::open();
     for trace in device.traversals() {
-        let settings = Settings { trace, ..settings(1, 5_000, 0.2) };
+        let settings = Settings {
+            trace,
+            ..settings(1, 5_000, 0.2)
+        };
         let mut renderer = Renderer::new(&device, &showroom(), &settings).unwrap();
         (0..4).for_each(|_| renderer.iterate().unwrap());
         let picture = renderer.picture().unwrap();
         let pixels = layer(&picture, "");
-        assert!(pixels.len() == 3 && pixels.iter().all(|x| x.is_finite() && *x > 0.0), "{pixels:?}");
+        assert!(
+            pixels.len() == 3 && pixels.iter().all(|x| x.is_finite() && *x > 0.0),
+            "{pixels:?}"
+        );
     }
 }
 
@@ -37,14 +48,28 @@ fn nothing_in_view_is_black() {
     let device = Device::open();
     let mut scene = floor_scene(1.0, 0.5);
     crate::shapes::camera(&mut scene, vec3(0.0, 3.0, 0.0), vec3(0.0, 4.0, 0.0), 0.5);
-    scene.lights.push(Light::Point { position_w: vec3(0.0, -1.0, 0.0), intensity: Vec3::ONE });
-    let empty = Scene { triangles: Vec::new(), vertices: Vec::new(), ..scene.clone() };
+    scene.lights.push(Light::Point {
+        position_w: vec3(0.0, -1.0, 0.0),
+        intensity: Vec3::ONE,
+    });
+    let empty = Scene {
+        triangles: Vec::new(),
+        vertices: Vec::new(),
+        ..scene.clone()
+    };
     for trace in device.traversals() {
         for scene in [&scene, &empty] {
-            let settings = Settings { trace, ..settings(9, 1_000, 0.1) };
+            let settings = Settings {
+                trace,
+                ..settings(9, 1_000, 0.1)
+            };
             let mut renderer = Renderer::new(&device, scene, &settings).unwrap();
             (0..2).for_each(|_| renderer.iterate().unwrap());
-            assert!(layer(&renderer.picture().unwrap(), "").iter().all(|x| *x == 0.0));
+            assert!(
+                layer(&renderer.picture().unwrap(), "")
+                    .iter()
+                    .all(|x| *x == 0.0)
+            );
         }
     }
 }
@@ -63,6 +88,10 @@ fn odd_sizes() {
     renderer.iterate().unwrap();
     let picture = renderer.picture().unwrap();
     assert_eq!((picture.width, picture.height), (13, 7));
-    assert!(layer(&picture, "albedo").chunks(3).all(|rgb| rgb.iter().all(|x| *x >= 0.0)));
+    assert!(
+        layer(&picture, "albedo")
+            .chunks(3)
+            .all(|rgb| rgb.iter().all(|x| *x >= 0.0))
+    );
     assert!(layer(&picture, "").iter().all(|x| x.is_finite()));
 }

@@ -41,7 +41,10 @@ fn a_lamp_through_a_tinted_slab() {
     let glass = material(&mut scene, glass(2.0));
     cuboid(&mut scene, Vec3::ZERO, vec3(1.0, 1.0, 0.25), glass);
     let a = (-2.0_f32 * 0.5).exp();
-    check_seen(&scene, LAMP * ((1.0 - R).powi(2) * a / (1.0 - (R * a).powi(2))));
+    check_seen(
+        &scene,
+        LAMP * ((1.0 - R).powi(2) * a / (1.0 - (R * a).powi(2))),
+    );
 }
 
 #[test]
@@ -72,7 +75,11 @@ fn a_lamp_around_the_corner_of_a_prism() {
     quad(&mut scene, vec3(5.0, 0.0, 0.0), Vec3::Z, Vec3::Y, shine);
     // Legs look along +z and +x, the hypotenuse along -x -z.
     let corner = |x: f32, y: f32, z: f32| vec3(x, y, z);
-    let (a, b, c) = (corner(1.0, -1.0, 1.0), corner(1.0, -1.0, -1.0), corner(-1.0, -1.0, 1.0));
+    let (a, b, c) = (
+        corner(1.0, -1.0, 1.0),
+        corner(1.0, -1.0, -1.0),
+        corner(-1.0, -1.0, 1.0),
+    );
     let up = Vec3::Y * 2.0;
     polygon(&mut scene, &[c, a, a + up, c + up], glass);
     polygon(&mut scene, &[a, b, b + up, a + up], glass);
@@ -98,12 +105,23 @@ fn a_wedge_deviates_the_view() {
     quad(&mut scene, vec3(0.0, 0.0, -0.5), Vec3::X, -slope, glass);
     // The ray on the axis leaves the second face at z = -0.5 and sinks (towards the thick end).
     let edge = -out.tan() * 20.0;
-    quad(&mut scene, vec3(0.0, edge - 2.0, -20.5), Vec3::X * 2.0, Vec3::Y * 2.0, shine);
+    quad(
+        &mut scene,
+        vec3(0.0, edge - 2.0, -20.5),
+        Vec3::X * 2.0,
+        Vec3::Y * 2.0,
+        shine,
+    );
     camera(&mut scene, vec3(0.0, 0.0, 5.0), Vec3::ZERO, 0.05);
     let (c1, c2) = ((1.5 * angle.sin()).asin().cos(), angle.cos());
-    let (rs, rp) = ((1.5 * c2 - c1) / (1.5 * c2 + c1), (c2 - 1.5 * c1) / (c2 + 1.5 * c1));
+    let (rs, rp) = (
+        (1.5 * c2 - c1) / (1.5 * c2 + c1),
+        (c2 - 1.5 * c1) / (c2 + 1.5 * c1),
+    );
     let once = (1.0 - R) * (1.0 - 0.5 * (rs * rs + rp * rp));
-    check(&scene, &settings(64, 100, 0.01), 24, "", |_, d| if d.y < 0.0 { LAMP * once } else { Vec3::ZERO });
+    check(&scene, &settings(64, 100, 0.01), 24, "", |_, d| {
+        if d.y < 0.0 { LAMP * once } else { Vec3::ZERO }
+    });
 }
 
 /// A caustic of parallel light through a slab: flux is not scaled by n², and the lost part is R's.
@@ -113,11 +131,20 @@ fn light_through_a_slab_onto_a_floor() {
     let glass = material(&mut scene, glass(1.0));
     // The camera looks from below the slab.
     cuboid(&mut scene, Vec3::Y * 4.0, vec3(1.5, 0.25, 1.5), glass);
-    scene.lights.push(Light::Directional { direction_w: Vec3::NEG_Y, illuminance: LAMP });
+    scene.lights.push(Light::Directional {
+        direction_w: Vec3::NEG_Y,
+        illuminance: LAMP,
+    });
     let a = (-0.5_f32).exp();
     let through = (1.0 - R).powi(2) * a / (1.0 - (R * a).powi(2));
     let albedo = scene.materials[0].base_color.truncate();
-    check(&scene, &settings(64, 200_000, 0.05), 24, "caustic", |_, _| albedo * LAMP * (through / PI));
+    check(
+        &scene,
+        &settings(64, 200_000, 0.05),
+        24,
+        "caustic",
+        |_, _| albedo * LAMP * (through / PI),
+    );
 }
 
 /// A floor seen in a metal at 45°, which reflects by Schlick what is not white of it.
@@ -128,7 +155,13 @@ fn a_floor_in_a_mirror() {
     let metal = material(&mut scene, mirror(f0));
     // The eye looks along -z; the mirror turns the view down.
     let eye = vec3(0.0, 1.2, 1.5);
-    quad(&mut scene, vec3(0.0, 1.2, 0.0), Vec3::X * 0.5, vec3(0.0, 0.5, 0.5), metal);
+    quad(
+        &mut scene,
+        vec3(0.0, 1.2, 0.0),
+        Vec3::X * 0.5,
+        vec3(0.0, 0.5, 0.5),
+        metal,
+    );
     camera(&mut scene, eye, vec3(0.0, 1.2, 0.0), 0.3);
     let light = vec3(0.0, height, -1.0);
     scene.lights.push(Light::Spot {
@@ -140,7 +173,10 @@ fn a_floor_in_a_mirror() {
     });
     let albedo = scene.materials[0].base_color.truncate();
     // Without the light that floor and mirror exchange.
-    let settings = Settings { max_depth: 3, ..settings(64, 200_000, 0.03) };
+    let settings = Settings {
+        max_depth: 3,
+        ..settings(64, 200_000, 0.03)
+    };
     check(&scene, &settings, 16, "", |eye, d| {
         let normal = vec3(0.0, -0.5, 0.5).normalize();
         let hit = eye + d * ((vec3(0.0, 1.2, 0.0) - eye).dot(normal) / d.dot(normal));

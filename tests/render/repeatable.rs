@@ -12,10 +12,20 @@ use lightfall::scene::Scene;
 use lightfall::settings::{Settings, Trace};
 
 fn software(seed: u64) -> Settings {
-    Settings { trace: Trace::Software, seed, ..settings(16, 2_000, 0.1) }
+    Settings {
+        trace: Trace::Software,
+        seed,
+        ..settings(16, 2_000, 0.1)
+    }
 }
 
-fn render(gpu: &Gpu, scene: &Scene, settings: &Settings, from: Option<&Picture>, iterations: u32) -> Picture {
+fn render(
+    gpu: &Gpu,
+    scene: &Scene,
+    settings: &Settings,
+    from: Option<&Picture>,
+    iterations: u32,
+) -> Picture {
     let mut renderer = Renderer::new(gpu, scene, settings).unwrap();
     if let Some(picture) = from {
         renderer.resume(picture).unwrap();
@@ -29,7 +39,11 @@ fn render(gpu: &Gpu, scene: &Scene, settings: &Settings, from: Option<&Picture>,
 fn assert_same_bits(a: &Picture, b: &Picture) {
     for (a, b) in a.layers.iter().zip(&b.layers) {
         let bits = |pixels: &[f32]| pixels.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        assert!(a.name == b.name && bits(&a.pixels) == bits(&b.pixels), "layer '{}' differs", a.name);
+        assert!(
+            a.name == b.name && bits(&a.pixels) == bits(&b.pixels),
+            "layer '{}' differs",
+            a.name
+        );
     }
 }
 
@@ -42,7 +56,11 @@ fn a_seed_gives_the_same_bits() {
     // Seeds beyond 32 bits count too.
     for seed in [2, 1 << 32 | 1] {
         let other = render(&device, &scene, &software(seed), None, 3);
-        assert_ne!(layer(&first, "global"), layer(&other, "global"), "seed {seed}");
+        assert_ne!(
+            layer(&first, "global"),
+            layer(&other, "global"),
+            "seed {seed}"
+        );
     }
 }
 
@@ -54,8 +72,22 @@ fn a_resumed_render_gives_the_same_bits() {
     let half = render(&device, &scene, &software(1), None, 32);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("half.exr");
-    write(&path, &half, &Display { exposure: Exposure::Auto, tone: Tone::Neutral }).unwrap();
-    let resumed = render(&device, &scene, &software(1), Some(&read_picture(&path).unwrap()), 32);
+    write(
+        &path,
+        &half,
+        &Display {
+            exposure: Exposure::Auto,
+            tone: Tone::Neutral,
+        },
+    )
+    .unwrap();
+    let resumed = render(
+        &device,
+        &scene,
+        &software(1),
+        Some(&read_picture(&path).unwrap()),
+        32,
+    );
     assert_eq!(resumed.metadata.iterations, 64);
     assert_same_bits(&whole, &resumed);
 }
@@ -71,9 +103,30 @@ fn resuming_something_else_is_refused() {
         assert!(error.contains(word), "{error}");
     };
     refuses(&scene, software(2), "settings");
-    refuses(&scene, Settings { photons: Some(2_001), ..software(1) }, "settings");
-    refuses(&scene, Settings { max_depth: 11, ..software(1) }, "settings");
-    refuses(&scene, Settings { reject: 0.5, ..software(1) }, "settings");
+    refuses(
+        &scene,
+        Settings {
+            photons: Some(2_001),
+            ..software(1)
+        },
+        "settings",
+    );
+    refuses(
+        &scene,
+        Settings {
+            max_depth: 11,
+            ..software(1)
+        },
+        "settings",
+    );
+    refuses(
+        &scene,
+        Settings {
+            reject: 0.5,
+            ..software(1)
+        },
+        "settings",
+    );
     scene.hash = [8; 32];
     refuses(&scene, software(1), "scene");
 }
@@ -87,10 +140,23 @@ fn growing_buffers_change_nothing() {
     let wall = material(&mut scene, lambertian(Vec3::splat(0.95)));
     let shine = material(&mut scene, lamp(Vec3::ONE));
     cuboid(&mut scene, Vec3::ZERO, Vec3::splat(-1.0), wall);
-    quad(&mut scene, Vec3::Y * 0.9, Vec3::X * 0.3, Vec3::Z * 0.3, shine);
+    quad(
+        &mut scene,
+        Vec3::Y * 0.9,
+        Vec3::X * 0.3,
+        Vec3::Z * 0.3,
+        shine,
+    );
     camera(&mut scene, Vec3::Z * 0.9, Vec3::ZERO, 1.4);
     let mut renderer = Renderer::new(&device, &scene, &software(1)).unwrap();
-    let regrown = |renderer: &Renderer| renderer.ledger().iter().find(|(name, _)| name.contains("repeated")).unwrap().1;
+    let regrown = |renderer: &Renderer| {
+        renderer
+            .ledger()
+            .iter()
+            .find(|(name, _)| name.contains("repeated"))
+            .unwrap()
+            .1
+    };
     renderer.iterate().unwrap();
     assert_eq!(regrown(&renderer), 1);
     let first = renderer.picture().unwrap();
@@ -99,4 +165,3 @@ fn growing_buffers_change_nothing() {
     let resumed = render(&device, &scene, &software(1), Some(&first), 1);
     assert_same_bits(&renderer.picture().unwrap(), &resumed);
 }
-

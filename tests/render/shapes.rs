@@ -16,7 +16,10 @@ pub fn lambertian(albedo: Vec3) -> Material {
 
 /// Shines [nit] and reflects nothing.
 pub fn lamp(radiance: Vec3) -> Material {
-    Material { emission: radiance, ..lambertian(Vec3::ZERO) }
+    Material {
+        emission: radiance,
+        ..lambertian(Vec3::ZERO)
+    }
 }
 
 /// Perfectly smooth metal.
@@ -30,7 +33,10 @@ pub fn mirror(reflectance: f32) -> Material {
 
 /// Smooth, colourless, refracting glass that absorbs σ [1/m].
 pub fn glass(absorption: f32) -> Material {
-    Material { absorption: Some(Vec3::splat(absorption)), ..pane() }
+    Material {
+        absorption: Some(Vec3::splat(absorption)),
+        ..pane()
+    }
 }
 
 /// Smooth, colourless, thin-walled glass.
@@ -52,19 +58,26 @@ pub fn material(scene: &mut Scene, material: Material) -> u32 {
 /// A triangle with a normal for each corner.
 fn triangle(scene: &mut Scene, corners: [(Vec3, Vec3, Vec2); 3], material: u32) {
     let first = scene.vertices.len() as u32;
-    scene.vertices.extend(corners.map(|(position_w, normal_w, uv)| Vertex {
-        position_w,
-        normal_w,
-        uv: [uv; 2],
-        color: Vec4::ONE,
-        ..Vertex::default()
-    }));
-    scene.triangles.push(Triangle { vertices: [first, first + 1, first + 2], material });
+    scene
+        .vertices
+        .extend(corners.map(|(position_w, normal_w, uv)| Vertex {
+            position_w,
+            normal_w,
+            uv: [uv; 2],
+            color: Vec4::ONE,
+            ..Vertex::default()
+        }));
+    scene.triangles.push(Triangle {
+        vertices: [first, first + 1, first + 2],
+        material,
+    });
 }
 
 /// A convex polygon, counter-clockwise seen from its front.
 pub fn polygon(scene: &mut Scene, corners: &[Vec3], material: u32) {
-    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+    let normal = (corners[1] - corners[0])
+        .cross(corners[2] - corners[0])
+        .normalize();
     for i in 1..corners.len() - 1 {
         let fan = [corners[0], corners[i], corners[i + 1]];
         triangle(scene, fan.map(|p| (p, normal, Vec2::ZERO)), material);
@@ -75,7 +88,12 @@ pub fn polygon(scene: &mut Scene, corners: &[Vec3], material: u32) {
 /// from 0 to 1 along the edges, and the shading normal is `normal`.
 pub fn bent_quad(scene: &mut Scene, center: Vec3, u: Vec3, v: Vec3, normal: Vec3, material: u32) {
     let corner = |a: f32, b: f32| (center + a * u + b * v, normal, vec2(a, b) * 0.5 + 0.5);
-    let [p, q, r, s] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    let [p, q, r, s] = [
+        corner(-1.0, -1.0),
+        corner(1.0, -1.0),
+        corner(1.0, 1.0),
+        corner(-1.0, 1.0),
+    ];
     triangle(scene, [p, q, r], material);
     triangle(scene, [p, r, s], material);
 }
@@ -107,7 +125,14 @@ pub fn cuboid(scene: &mut Scene, center: Vec3, half: Vec3, material: u32) {
 
 /// An icosahedron split `splits` times and blown up to a sphere; faces inwards where `radius` is
 /// negative; `smooth`: shaded by the sphere's normals.
-pub fn sphere(scene: &mut Scene, center: Vec3, radius: f32, splits: u32, smooth: bool, material: u32) {
+pub fn sphere(
+    scene: &mut Scene,
+    center: Vec3,
+    radius: f32,
+    splits: u32,
+    smooth: bool,
+    material: u32,
+) {
     let (mut points, mut faces) = icosahedron();
     for _ in 0..splits {
         let mut middles = HashMap::new();
@@ -128,7 +153,13 @@ pub fn sphere(scene: &mut Scene, center: Vec3, radius: f32, splits: u32, smooth:
     for [a, b, c] in faces {
         let [a, b, c] = if radius < 0.0 { [a, c, b] } else { [a, b, c] }.map(|i| points[i]);
         let flat = (b - a).cross(c - a).normalize();
-        let corner = |p: Vec3| (center + p * radius.abs(), if smooth { p * radius.signum() } else { flat }, Vec2::ZERO);
+        let corner = |p: Vec3| {
+            (
+                center + p * radius.abs(),
+                if smooth { p * radius.signum() } else { flat },
+                Vec2::ZERO,
+            )
+        };
         triangle(scene, [corner(a), corner(b), corner(c)], material);
     }
 }
@@ -136,8 +167,17 @@ pub fn sphere(scene: &mut Scene, center: Vec3, radius: f32, splits: u32, smooth:
 fn icosahedron() -> (Vec<Vec3>, Vec<[usize; 3]>) {
     let golden = 0.5 + 1.25_f32.sqrt();
     let mut points = Vec::new();
-    for (a, b) in [(1.0, golden), (1.0, -golden), (-1.0, golden), (-1.0, -golden)] {
-        points.extend([Vec3::new(0.0, a, b), Vec3::new(a, b, 0.0), Vec3::new(b, 0.0, a)]);
+    for (a, b) in [
+        (1.0, golden),
+        (1.0, -golden),
+        (-1.0, golden),
+        (-1.0, -golden),
+    ] {
+        points.extend([
+            Vec3::new(0.0, a, b),
+            Vec3::new(a, b, 0.0),
+            Vec3::new(b, 0.0, a),
+        ]);
     }
     // Corners that are an edge apart, wound outwards.
     let near = |a: usize, b: usize| (points[a].distance(points[b]) - 2.0).abs() < 0.01;
@@ -146,7 +186,10 @@ fn icosahedron() -> (Vec<Vec3>, Vec<[usize; 3]>) {
         for b in a + 1..12 {
             for c in b + 1..12 {
                 if near(a, b) && near(b, c) && near(c, a) {
-                    let outwards = (points[b] - points[a]).cross(points[c] - points[a]).dot(points[a]) > 0.0;
+                    let outwards = (points[b] - points[a])
+                        .cross(points[c] - points[a])
+                        .dot(points[a])
+                        > 0.0;
                     faces.push(if outwards { [a, b, c] } else { [a, c, b] });
                 }
             }
@@ -158,11 +201,22 @@ fn icosahedron() -> (Vec<Vec3>, Vec<[usize; 3]>) {
 /// Sets the scene's only camera; `yfov` in radians.
 pub fn camera(scene: &mut Scene, eye: Vec3, target: Vec3, yfov: f32) {
     let forward = (target - eye).normalize();
-    let right = forward.cross(if forward.y.abs() > 0.99 { Vec3::NEG_Z } else { Vec3::Y }).normalize();
+    let right = forward
+        .cross(if forward.y.abs() > 0.99 {
+            Vec3::NEG_Z
+        } else {
+            Vec3::Y
+        })
+        .normalize();
     let up = right.cross(forward);
     scene.cameras = vec![Camera {
         name: "camera".into(),
-        world_from_camera: Mat4::from_cols(right.extend(0.0), up.extend(0.0), -forward.extend(0.0), eye.extend(1.0)),
+        world_from_camera: Mat4::from_cols(
+            right.extend(0.0),
+            up.extend(0.0),
+            -forward.extend(0.0),
+            eye.extend(1.0),
+        ),
         yfov,
         aspect: None,
     }];

@@ -10,24 +10,53 @@ use lightfall::settings::{Settings, Trace};
 /// A room with a lamp, a glass ball, a mirror ball, rough metal, plastic, a checkered board with
 /// holes, and a spot light.
 pub fn showroom() -> Scene {
-    let mut scene = Scene { hash: [7; 32], ..Scene::default() };
+    let mut scene = Scene {
+        hash: [7; 32],
+        ..Scene::default()
+    };
     let wall = material(&mut scene, lambertian(vec3(0.7, 0.6, 0.5)));
     let shine = material(&mut scene, lamp(vec3(12.0, 10.0, 8.0)));
     let clear = material(&mut scene, glass(0.5));
     let shiny = material(&mut scene, mirror(0.9));
-    let plastic = Material { metallic: 0.0, roughness: 0.3, base_color: vec3(0.2, 0.5, 0.3).extend(1.0), ..Material::default() };
+    let plastic = Material {
+        metallic: 0.0,
+        roughness: 0.3,
+        base_color: vec3(0.2, 0.5, 0.3).extend(1.0),
+        ..Material::default()
+    };
     let plastic = material(&mut scene, plastic);
-    let brass = Material { roughness: 0.5, base_color: vec3(0.9, 0.7, 0.3).extend(1.0), ..Material::default() };
+    let brass = Material {
+        roughness: 0.5,
+        base_color: vec3(0.9, 0.7, 0.3).extend(1.0),
+        ..Material::default()
+    };
     let brass = material(&mut scene, brass);
     let board = board(&mut scene);
 
     cuboid(&mut scene, Vec3::ZERO, Vec3::splat(-1.0), wall);
-    quad(&mut scene, Vec3::Y * 0.98, Vec3::X * 0.3, Vec3::Z * 0.3, shine);
+    quad(
+        &mut scene,
+        Vec3::Y * 0.98,
+        Vec3::X * 0.3,
+        Vec3::Z * 0.3,
+        shine,
+    );
     sphere(&mut scene, vec3(-0.4, -0.6, 0.2), 0.35, 3, true, clear);
     sphere(&mut scene, vec3(0.5, -0.65, -0.2), 0.35, 3, true, shiny);
     sphere(&mut scene, vec3(0.2, -0.8, 0.5), 0.2, 2, false, plastic);
-    cuboid(&mut scene, vec3(-0.5, -0.7, -0.6), vec3(0.2, 0.3, 0.2), brass);
-    quad(&mut scene, vec3(0.0, 0.1, -0.5), vec3(0.5, 0.0, 0.1), Vec3::Y * 0.3, board);
+    cuboid(
+        &mut scene,
+        vec3(-0.5, -0.7, -0.6),
+        vec3(0.2, 0.3, 0.2),
+        brass,
+    );
+    quad(
+        &mut scene,
+        vec3(0.0, 0.1, -0.5),
+        vec3(0.5, 0.0, 0.1),
+        Vec3::Y * 0.3,
+        board,
+    );
     scene.lights.push(Light::Spot {
         position_w: vec3(0.8, 0.8, 0.8),
         direction_w: vec3(-1.0, -1.0, -1.0).normalize(),
@@ -42,9 +71,22 @@ pub fn showroom() -> Scene {
 /// 4 × 4 texels, every other one a hole, seen from both sides.
 fn board(scene: &mut Scene) -> u32 {
     let texels = (0..16_u8).flat_map(|i| [200, 40 + 12 * i, 90, 255 * ((i + i / 4) % 2)]);
-    scene.images.push(Image { width: 4, height: 4, rgba: texels.collect() });
-    scene.textures.push(Texture { image: 0, wrap: [Wrap::Repeat; 2], nearest: true, srgb: true });
-    let reference = TextureRef { texture: 0, uv_set: 0, transform: [Vec3::X, Vec3::Y] };
+    scene.images.push(Image {
+        width: 4,
+        height: 4,
+        rgba: texels.collect(),
+    });
+    scene.textures.push(Texture {
+        image: 0,
+        wrap: [Wrap::Repeat; 2],
+        nearest: true,
+        srgb: true,
+    });
+    let reference = TextureRef {
+        texture: 0,
+        uv_set: 0,
+        transform: [Vec3::X, Vec3::Y],
+    };
     material(
         scene,
         Material {
@@ -66,17 +108,30 @@ fn traversals_agree() {
     }
     let scene = showroom();
     let images = [Trace::Software, Trace::Query].map(|trace| {
-        let settings = Settings { trace, ..settings(64, 20_000, 0.05) };
+        let settings = Settings {
+            trace,
+            ..settings(64, 20_000, 0.05)
+        };
         let mut renderer = Renderer::new(&device, &scene, &settings).unwrap();
         renderer.iterate().unwrap();
         renderer.picture().unwrap()
     });
-    for name in ["", "emission", "caustic", "global", "albedo", "normal", "depth"] {
+    for name in [
+        "", "emission", "caustic", "global", "albedo", "normal", "depth",
+    ] {
         let [a, b] = images.each_ref().map(|picture| layer(picture, name));
         assert!(a.iter().any(|x| *x != 0.0), "nothing in layer '{name}'");
         let channels = a.len() / (64 * 64);
-        let differs = |(a, b): &(&[f32], &[f32])| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 1e-4 * a.abs().max(1e-3));
-        let count = a.chunks(channels).zip(b.chunks(channels)).filter(differs).count();
+        let differs = |(a, b): &(&[f32], &[f32])| {
+            a.iter()
+                .zip(*b)
+                .any(|(a, b)| (a - b).abs() > 1e-4 * a.abs().max(1e-3))
+        };
+        let count = a
+            .chunks(channels)
+            .zip(b.chunks(channels))
+            .filter(differs)
+            .count();
         println!("layer '{name}': {count} pixels differ");
         assert!(count <= 4, "layer '{name}': {count} of 4096 pixels differ");
     }
