@@ -39,6 +39,8 @@ struct LightPath {
     vec3 origin_w;
     vec3 direction_w;
     vec3 flux;
+    // What absorbs where the path is [1/m].
+    vec3 medium;
     // Average over the channels at the light.
     float emitted;
     uint edges;
@@ -56,7 +58,7 @@ LightPath begin(World world, Frame frame, uint index) {
     uint light = choose_light(world, sequence_bits(low, seed));
     Emission e = emit_photon(world, light, frame.paths, sequence_pair(low, seed + 1u), sequence_pair(low, seed + 2u));
     Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
-    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, average(e.flux), 1u, 0u, true);
+    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), average(e.flux), 1u, 0u, true);
 }
 
 // u: uniform. Drawn for every event, so that rejection changes no path.
@@ -98,7 +100,7 @@ bool extend(World world, Frame frame, inout LightPath path) {
         return false;
     }
     Surface s = surface_at(world, hit.triangle, hit.bary, -path.direction_w);
-    path.flux *= segment_transmittance(s, hit.distance_w);
+    path.flux *= segment_transmittance(s, path.medium, hit.distance_w);
     vec4 u = next4(path.rng), v = next4(path.rng);
     if (max_component(diffuse_color(s)) > 0.0) store(frame, s, v.z, path);
 
@@ -117,6 +119,7 @@ bool extend(World world, Frame frame, inout LightPath path) {
         }
         path.flux /= survival;
     }
+    path.medium = next_medium(s, path.medium, event.lobe);
     path.origin_w = leave(s, event.wi);
     path.direction_w = event.wi;
     path.edges++;

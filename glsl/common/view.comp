@@ -2,7 +2,7 @@
 // In: World, Frame. Out: a ViewSample per pixel; in FramePixel the radiance [nit] of emitters met
 // on the way (paths E S* L), and albedo, normal and depth of the first surface.
 // The partition of paths: E S* L here; everything with a diffuse event is gathered from photons. The
-// last reflection before a light is sampled towards the light too (see lib/direct.glsl).
+// last rough event before a light is sampled towards the light too (see lib/direct.glsl).
 #version 460
 #include "lib/pass.glsl"
 #include "lib/math.glsl"
@@ -59,9 +59,9 @@ void main() {
     uint seed = mix_seed(frame.seed ^ mix_seed(STREAM_VIEW + index));
     vec3 origin = frame.camera_position_w;
     vec3 direction = camera_direction(frame, pixel, sequence_pair(frame.iteration, seed));
-    vec3 throughput = vec3(1.0);
+    vec3 throughput = vec3(1.0), medium = vec3(0.0);
     float path_length = 0.0;
-    // Of the reflection that led here, where lights were sampled too; 0 where they were not.
+    // Of the event that led here, where lights were sampled too; 0 where they were not.
     float pdf_solid_angle = 0.0;
     for (uint edges = 1u; edges <= frame.max_depth; edges++) {
         Hit hit;
@@ -73,7 +73,7 @@ void main() {
             seen.normal_w = s.normal_s;
             seen.depth = hit.distance_w;
         }
-        throughput *= segment_transmittance(s, hit.distance_w);
+        throughput *= segment_transmittance(s, medium, hit.distance_w);
         if (max_component(s.emission) > 0.0) {
             float weight = 1.0;
             if (pdf_solid_angle > 0.0)
@@ -81,7 +81,7 @@ void main() {
             seen.emission += throughput * s.emission * weight;
         }
         if (edges == frame.max_depth) break;
-        if (HAS_SPECULAR && s.alpha > 0.0) seen.emission += throughput * reflected_light(world, s, next_bits(rng), next4(rng).xy);
+        if (HAS_SPECULAR && s.alpha > 0.0) seen.emission += throughput * specular_light(world, s, next_bits(rng), next4(rng).xy);
 
         vec4 u = edges == 1u
             ? vec4(sequence_pair(frame.iteration, seed + 1u), sequence_pair(frame.iteration, seed + 2u))
@@ -100,7 +100,7 @@ void main() {
         }
         throughput *= event.weight;
         pdf_solid_angle = 0.0;
-        if (HAS_SPECULAR && event.lobe == LOBE_REFLECTION) eval_reflection(s, event.wi, pdf_solid_angle);
+        if (HAS_SPECULAR) eval_specular(s, event.wi, pdf_solid_angle);
         if (event.lobe == LOBE_NONE || max_component(throughput) <= 0.0) break;
         // Long specular chains: the same roulette as photons play, from the fourth event on.
         if (edges >= 4u) {
@@ -108,6 +108,7 @@ void main() {
             if (next4(rng).x >= survival) break;
             throughput /= survival;
         }
+        medium = next_medium(s, medium, event.lobe);
         origin = leave(s, event.wi);
         direction = event.wi;
     }

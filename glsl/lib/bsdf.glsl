@@ -187,22 +187,41 @@ BsdfSample sample_bsdf(Surface s, bool radiance, vec4 u, vec2 v) {
     return result;
 }
 
-// The reflection lobe towards wi, and the density (solid angle) with which sample_bsdf draws wi from
-// it, the choice of the lobe included. Zero for a perfect mirror.
-vec3 eval_reflection(Surface s, vec3 wi, out float pdf_solid_angle) {
+// Both specular lobes towards wi, and the density (solid angle) with which sample_bsdf draws wi from
+// them, the choice of the lobe included. Zero where the surface is smooth.
+vec3 eval_specular(Surface s, vec3 wi, out float pdf_solid_angle) {
     float cos_o = dot(s.normal_s, s.wo), cos_i = dot(s.normal_s, wi);
+    bool crosses = cos_i < 0.0;
     pdf_solid_angle = 0.0;
-    if (s.alpha <= 0.0 || cos_o <= 0.0 || cos_i <= 0.0 || dot(s.normal_g, wi) <= 0.0) return vec3(0.0);
-    vec3 h = normalize(s.wo + wi);
-    Lobes lobes = lobes_at(s, dot(s.wo, h));
+    if (s.alpha <= 0.0 || cos_o <= 0.0 || cos_i == 0.0 || crosses != (dot(s.normal_g, wi) < 0.0)) return vec3(0.0);
+    if (crosses && (!HAS_TRANSMISSION || s.transmission == 0.0)) return vec3(0.0);
+    float eta = crosses && s.solid ? relative_ior(s) : 1.0;
+    // Walter et al. 2007, eq. 16; a thin wall mirrors wi to the side of wo.
+    vec3 h = s.wo + wi * eta;
+    if (crosses && !s.solid) h -= 2.0 * cos_i * s.normal_s;
+    float n_h = dot(s.normal_s, h);
+    // No microfacet refracts one into the other.
+    if (dot(h, h) == 0.0) return vec3(0.0);
+    h = normalize(n_h < 0.0 ? -h : h);
+    n_h = dot(s.normal_s, h);
+    float o_h = dot(s.wo, h), i_h = dot(wi, h);
+    if (o_h <= 0.0) return vec3(0.0);
     // 1 - (n·h)² by the cross product: no cancellation near the peak.
     vec3 sine = cross(s.normal_s, h);
-    float n_h = dot(s.normal_s, h);
     float a2 = s.alpha * s.alpha;
     float d = a2 / (PI * square(dot(sine, sine) + a2 * n_h * n_h));
-    float lambda_o = smith_lambda(cos_o, s.alpha), lambda_i = smith_lambda(cos_i, s.alpha);
-    float choice = lobes.choice.y / (lobes.choice.x + lobes.choice.y + lobes.choice.z);
+    float lo = smith_lambda(cos_o, s.alpha), li = smith_lambda(abs(cos_i), s.alpha);
+    Lobes lobes = lobes_at(s, o_h);
+    vec3 choice = lobes.choice / (lobes.choice.x + lobes.choice.y + lobes.choice.z);
     // Visible normals have density G1 D (wo·h) / cos_o, and reflection 1 / (4 wo·h).
-    pdf_solid_angle = choice * d / ((1.0 + lambda_o) * 4.0 * cos_o);
-    return lobes.reflectance * (d / ((1.0 + lambda_o + lambda_i) * 4.0 * cos_o * cos_i));
+    pdf_solid_angle = (crosses ? choice.z : choice.y) * d / ((1.0 + lo) * 4.0 * cos_o);
+    if (!crosses) return lobes.reflectance * (d / ((1.0 + lo + li) * 4.0 * cos_o * cos_i));
+    float g = d / ((1.0 + lo) * (1.0 + li));
+    if (!s.solid) return lobes.transmittance * (g / (4.0 * cos_o * -cos_i));
+    // Walter et al. 2007, eqs. 17 and 21; the radiance scale 1/η² cancels the square of η.
+    float jacobian = o_h * -i_h / square(eta * i_h + o_h);
+    pdf_solid_angle *= 4.0 * eta * eta * jacobian;
+    if (i_h < 0.0) return lobes.transmittance * (g * jacobian / (cos_o * -cos_i));
+    pdf_solid_angle = 0.0;
+    return vec3(0.0);
 }

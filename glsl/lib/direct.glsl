@@ -1,10 +1,10 @@
-// Light that reaches a surface straight from a light and leaves by the reflection lobe: next-event
-// estimation, combined with reflected paths that hit a light by the balance heuristic (Veach 1997,
-// section 9.2.2). Without it a rough mirror finds a small lamp rarely and brightly, and a lamp without
+// Light that reaches a surface straight from a light and leaves by the specular lobes: next-event
+// estimation, combined with paths that hit the light by the balance heuristic (Veach 1997, section
+// 9.2.2). Without it a rough mirror finds a small lamp rarely and brightly, and a lamp without
 // area never. Needs bsdf.glsl, trace.glsl, light.glsl.
 // Out: radiance [nit]; densities per solid angle.
 
-// With which `reflected_light` would have sampled this point of an emissive triangle.
+// With which `specular_light` would have sampled this point of an emissive triangle.
 float light_pdf_solid_angle(World world, uint triangle, vec3 direction, float distance_w) {
     // Emissive triangles stand first, in the order of their places.
     uint low = 0u, high = world.first_delta_light;
@@ -20,10 +20,10 @@ float light_pdf_solid_angle(World world, uint triangle, vec3 direction, float di
 }
 
 // From one light, chosen in proportion to flux.
-vec3 reflected_light(World world, Surface s, uvec4 choice, vec2 u) {
+vec3 specular_light(World world, Surface s, uvec4 choice, vec2 u) {
     Light light = world.lights.at[choose_light(world, choice.xy)];
     vec3 wi, irradiance;
-    float distance_w, pdf_reflection, pdf_light = 0.0;
+    float distance_w, pdf_bsdf, pdf_light = 0.0;
     if (light.kind == LIGHT_TRIANGLE) {
         vec2 bary = sample_triangle(u);
         Corners p = corners_of(world, light.triangle);
@@ -39,8 +39,8 @@ vec3 reflected_light(World world, Surface s, uvec4 choice, vec2 u) {
     } else {
         irradiance = delta_irradiance(light, s.position_w, wi, distance_w);
     }
-    vec3 f = eval_reflection(s, wi, pdf_reflection) * dot(s.normal_s, wi) * irradiance;
-    f /= light.kind == LIGHT_TRIANGLE ? pdf_light + pdf_reflection : light.probability;
+    vec3 f = eval_specular(s, wi, pdf_bsdf) * abs(dot(s.normal_s, wi)) * irradiance;
+    f /= light.kind == LIGHT_TRIANGLE ? pdf_light + pdf_bsdf : light.probability;
     if (!(max_component(f) > 0.0) || occluded(world, leave(s, wi), wi, distance_w)) return vec3(0.0);
     return f;
 }

@@ -85,7 +85,8 @@ vec3 delta_irradiance(Light light, vec3 position_w, out vec3 wi, out float dista
         return light.intensity;
     }
     vec3 d = light.position_w - position_w;
-    distance_w = length(d);
+    // The floor keeps a point at the light finite.
+    distance_w = max(length(d), 1e-15);
     wi = d / distance_w;
     vec3 e = light.intensity / (distance_w * distance_w);
     return light.kind == LIGHT_SPOT ? e * spot_falloff(light, dot(-wi, light.direction_w)) : e;

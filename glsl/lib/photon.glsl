@@ -3,9 +3,10 @@
 // is right to 2^-16 of the largest. The low 6 bits of the exponent's word count path edges.
 
 PhotonPower pack_power(vec3 flux, vec3 wi, vec3 normal_g, uint edges) {
-    // 2^e > every channel; exponents -127 … 128 are stored from 0.
+    // 2^e > every channel. The floor keeps both ldexps within ±126, beyond which GLSL leaves them
+    // undefined; what is below it becomes zero.
     int e;
-    frexp(max(max_component(flux), 1e-37), e);
+    frexp(max(max_component(flux), 1e-33), e);
     uvec3 m = uvec3(min(ldexp(flux, ivec3(16 - e)) + 0.5, vec3(65535.0)));
     PhotonPower p;
     p.flux = uvec2(m.r | m.g << 16, m.b | uint(e + 256) << 22 | edges << 16);

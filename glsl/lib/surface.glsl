@@ -27,7 +27,9 @@ vec3 face_normal(Corners c) {
     // Scaled first: edges of 1e-20 m would underflow in the product.
     vec3 e1 = c.p1 - c.p0, e2 = c.p2 - c.p0;
     float l1 = max_component(abs(e1)), l2 = max_component(abs(e2));
-    return normalize(cross(e1 / l1, e2 / l2));
+    vec3 n = cross(e1 / l1, e2 / l2);
+    // Not NaN for a sliver whose corners f32 rounds onto a line.
+    return n * inversesqrt(max(dot(n, n), 1e-30));
 }
 
 vec3 interpolate(vec3 a, vec3 b, vec3 c, vec2 bary) { return a + bary.x * (b - a) + bary.y * (c - a); }
@@ -101,8 +103,8 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     s.base_color = color.rgb;
     s.metallic = metallic;
     s.transmission = HAS_TRANSMISSION ? transmission : 0.0;
-    // Below the rounding of a direction there is only the mirror.
-    s.alpha = roughness > 1e-3 ? roughness * roughness : 0.0;
+    // Below, its square leaves f32: 0/0 in the microfacet distribution.
+    s.alpha = roughness > 1e-5 ? roughness * roughness : 0.0;
     s.f0 = min(square((m.ior - 1.0) / (m.ior + 1.0)) * specular_color, vec3(1.0)) * specular;
     s.f90 = specular;
     s.ior = m.ior;
@@ -117,7 +119,16 @@ vec3 leave(Surface s, vec3 wi) {
     return s.position_w + s.normal_g * (dot(wi, s.normal_g) >= 0.0 ? s.offset : -s.offset);
 }
 
-// Beer–Lambert over a segment that ended at s: inside of a solid exactly where its back is hit.
-vec3 segment_transmittance(Surface s, float distance_w) {
-    return HAS_ABSORPTION && s.solid && !s.front ? exp(-s.absorption * distance_w) : vec3(1.0);
+// Beer–Lambert over a segment that ended at s. Where a solid's back is hit, the segment lay in it;
+// elsewhere in `medium` [1/m], what the path entered last: a floor under water is no part of the water.
+vec3 segment_transmittance(Surface s, vec3 medium, float distance_w) {
+    if (!HAS_ABSORPTION) return vec3(1.0);
+    return exp(-(s.solid && !s.front ? s.absorption : medium) * distance_w);
+}
+
+// What a path is in after an event at s.
+vec3 next_medium(Surface s, vec3 medium, uint lobe) {
+    bool crosses = lobe == LOBE_TRANSMISSION;
+    if (!HAS_ABSORPTION || !s.solid) return medium;
+    return s.front == crosses ? s.absorption : crosses ? vec3(0.0) : medium;
 }

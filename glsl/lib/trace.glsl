@@ -27,7 +27,8 @@ Hit complete_hit(World world, uint triangle, vec3 origin, vec3 direction) {
     Corners p = corners_of(world, triangle);
     vec3 e = edge_functions(p.p0 - origin, p.p1 - origin, p.p2 - origin, direction);
     float det = e.x + e.y + e.z;
-    vec2 bary = clamp(e.yz / det, vec2(0.0), vec2(1.0));
+    // Hardware can hit, edge-on, what has no area here.
+    vec2 bary = det != 0.0 ? clamp(e.yz / det, vec2(0.0), vec2(1.0)) : vec2(0.0);
     bary /= max(1.0, bary.x + bary.y);
     return Hit(triangle, bary, distance(origin, interpolate(p.p0, p.p1, p.p2, bary)));
 }

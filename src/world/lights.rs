@@ -50,6 +50,9 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
             "nothing emits light: give a material emissiveFactor, or add a light (KHR_lights_punctual)",
         ));
     }
+    // A light far dimmer than the rest still gets its share to the precision of the table's numbers.
+    let floor = 1e-3 * fluxes.iter().sum::<f64>() / fluxes.len() as f64;
+    fluxes.iter_mut().for_each(|flux| *flux = flux.max(floor));
     alias_table(&mut lights, &fluxes);
     Ok(lights)
 }
