@@ -226,7 +226,7 @@ fn structure(
 fn shading(scene: &Scene, triangle: u32, folded: u32) -> TriangleShading {
     let t = &scene.triangles[triangle as usize];
     let material = &scene.materials[t.material as usize];
-    let mut word = t.material | folded * TRIANGLE_EDGE;
+    let mut word = t.material | (folded * TRIANGLE_EDGE);
     if is_one_sided(material) {
         word |= TRIANGLE_ONE_SIDED;
     }

@@ -117,7 +117,7 @@ pub fn estimate(
 /// The image's mean and the means of its 3 × 3 blocks, over all channels.
 pub fn block_means(pixels: &[f32]) -> Vec<f64> {
     let edge = (pixels.len() / 3).isqrt();
-    let mut sums = vec![(0.0, 0.0); 10];
+    let mut sums = [(0.0, 0.0); 10];
     for (i, value) in pixels.iter().enumerate() {
         let (x, y) = (i / 3 % edge, i / 3 / edge);
         for block in [0, 1 + y * 3 / edge * 3 + x * 3 / edge] {
