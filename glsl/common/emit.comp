@@ -95,7 +95,7 @@ bool extend(World world, Frame frame, inout LightPath path) {
         return false;
     }
     Hit hit;
-    if (!trace(world, path.origin_w, path.direction_w, hit)) {
+    if (!trace(world, path.origin_w, path.direction_w, false, hit)) {
         COUNT(escaped);
         return false;
     }

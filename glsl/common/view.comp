@@ -65,7 +65,7 @@ void main() {
     float pdf_solid_angle = 0.0;
     for (uint edges = 1u; edges <= frame.max_depth; edges++) {
         Hit hit;
-        if (!trace(world, origin, direction, hit)) break;
+        if (!trace(world, origin, direction, true, hit)) break;
         Surface s = surface_at(world, hit.triangle, hit.bary, -direction);
         path_length += hit.distance_w;
         if (edges == 1u) {

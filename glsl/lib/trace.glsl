@@ -3,6 +3,8 @@
 // the same triangle gives the same point.
 // In: origin and unit direction in world space, range in metres. Needs surface.glsl.
 
+// `skip_backs`: one-sided faces (glTF: doubleSided false) are not there seen from behind. Paths from the
+// eye skip them, so that one can look into a closed room; light does not, so that none leaks in.
 struct Hit {
     uint triangle;
     vec2 bary;
@@ -49,9 +51,9 @@ void proceed(rayQueryEXT query, World world, vec3 origin, vec3 direction) {
     }
 }
 
-bool trace(World world, vec3 origin, vec3 direction, out Hit hit) {
+bool trace(World world, vec3 origin, vec3 direction, bool skip_backs, out Hit hit) {
     rayQueryEXT query;
-    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsCullBackFacingTrianglesEXT, 0xff, origin, 0.0, direction, 3.0e38);
+    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), skip_backs ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsNoneEXT, 0xff, origin, 0.0, direction, 3.0e38);
     proceed(query, world, origin, direction);
     if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionTriangleEXT) return false;
     uint triangle = query_triangle(world, rayQueryGetIntersectionInstanceCustomIndexEXT(query, true),
@@ -62,7 +64,7 @@ bool trace(World world, vec3 origin, vec3 direction, out Hit hit) {
 
 bool occluded(World world, vec3 origin, vec3 direction, float distance_w) {
     rayQueryEXT query;
-    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsCullBackFacingTrianglesEXT | gl_RayFlagsTerminateOnFirstHitEXT, 0xff, origin, 0.0, direction, distance_w);
+    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsTerminateOnFirstHitEXT, 0xff, origin, 0.0, direction, distance_w);
     proceed(query, world, origin, direction);
     return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
 }
@@ -79,7 +81,7 @@ float enter_box(vec3 min_w, vec3 max_w, vec3 origin, vec3 inverse, float t_max) 
 }
 
 // Nearest triangle before t_max, or NONE; with `any`, whichever is met first.
-uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any) {
+uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, bool skip_backs) {
     // A zero component would make 0 · inf in a slab that the origin lies on.
     vec3 safe = mix(direction, vec3(1e-30), lessThan(abs(direction), vec3(1e-30)));
     vec3 inverse = 1.0 / safe;
@@ -126,7 +128,7 @@ uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any) {
                 bool there = true;
                 if (HAS_ALPHA || HAS_ONE_SIDED) {
                     uint flags = world.triangles.at[i].material;
-                    if ((flags & TRIANGLE_ONE_SIDED) != 0u) there = det > 0.0;
+                    if (skip_backs && (flags & TRIANGLE_ONE_SIDED) != 0u) there = det > 0.0;
                     if (there && (flags & TRIANGLE_ALPHA) != 0u) there = !is_cut_out(world, i, e.yz / det);
                 }
                 if (there) {
@@ -146,15 +148,15 @@ uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any) {
     }
 }
 
-bool trace(World world, vec3 origin, vec3 direction, out Hit hit) {
-    uint triangle = traverse(world, origin, direction, 3.0e38, false);
+bool trace(World world, vec3 origin, vec3 direction, bool skip_backs, out Hit hit) {
+    uint triangle = traverse(world, origin, direction, 3.0e38, false, skip_backs);
     if (triangle == NONE) return false;
     hit = complete_hit(world, triangle, origin, direction);
     return true;
 }
 
 bool occluded(World world, vec3 origin, vec3 direction, float distance_w) {
-    return traverse(world, origin, direction, distance_w, true) != NONE;
+    return traverse(world, origin, direction, distance_w, true, false) != NONE;
 }
 
 #endif
