@@ -62,6 +62,22 @@ impl Photons {
         self.photons.len()
     }
 
+    /// Positions [m] of the caustic and the global photons, after [`Self::emit`] and before sorting.
+    pub fn positions(&self, gpu: &Gpu, frame: &Frame) -> Result<[Vec<Vec3>; 2]> {
+        let counts = gpu.read(&self.path_photons, 0..frame.paths as usize)?;
+        let slots = gpu.read(&self.path_slots, 0..self.path_slots.len())?;
+        let photons = gpu.read(&self.photons, 0..self.capacity())?;
+        let mut positions = [Vec::new(), Vec::new()];
+        for (slots, count) in slots.chunks_exact(frame.max_depth as usize).zip(counts) {
+            for slot in slots.iter().take(count as usize) {
+                if let Some(photon) = photons.get((slot & 0x7fff_ffff) as usize) {
+                    positions[(slot >> 31) as usize].push(photon.position_w.into());
+                }
+            }
+        }
+        Ok(positions)
+    }
+
     /// Makes room for `photons` and some more.
     pub fn grow(&mut self, gpu: &Gpu, photons: u32) -> Result<()> {
         let capacity = photons as usize + photons as usize / 4;

@@ -99,7 +99,7 @@ impl Default for Settings {
             trace: Trace::Auto,
             technique: AUTO.into(),
             cull: Switch::Auto,
-            evaluate: Evaluate::Auto,
+            evaluate: Evaluate::Full,
             reservoir: 3,
             reject: 0.0,
             alpha: 2.0 / 3.0,

@@ -1,13 +1,4 @@
-//! The photon radii: where they start and how they shrink.
-
-use super::Engine;
-use crate::Result;
-use crate::settings::{Length, Settings};
-use crate::shared::ViewSample;
-
-/// First radii in pixels seen from the camera, where the user gives none.
-const GLOBAL_PIXELS: f32 = 4.0;
-const CAUSTIC_PIXELS: f32 = 2.0;
+//! How the photon radii shrink; where they start is for [`super::pilot`] to find.
 
 /// r² of iteration `i` (from 0): r²_1 Γ(n + α) / (Γ(1 + α) Γ(n + 1)) with n = i + 1, the closed form
 /// of r²_{n+1} = r²_n (n + α) / (n + 1) (Knaus & Zwicker 2011), so that any iteration can be rendered
@@ -31,46 +22,6 @@ fn ln_gamma_ratio(n: f64, alpha: f64) -> f64 {
     let (a, b) = (n + alpha, n + 1.0);
     // (a - 1/2) ln a - (b - 1/2) ln b - (a - b), with ln a = ln b + ln(1 + (a - b)/b).
     (a - b) * b.ln() + (a - 0.5) * ((a - b) / b).ln_1p() - (a - b) + series(a) - series(b)
-}
-
-/// Radii [m] of the caustic and the global map in the first iteration.
-pub fn first_radii(engine: &mut Engine, settings: &Settings) -> Result<[f32; 2]> {
-    let wishes = [
-        settings
-            .caustic_radius
-            .unwrap_or(Length::Pixels(CAUSTIC_PIXELS)),
-        settings.radius.unwrap_or(Length::Pixels(GLOBAL_PIXELS)),
-    ];
-    let pixel = match wishes {
-        [Length::World(_), Length::World(_)] => 0.0,
-        _ => pixel_footprint(engine)?,
-    };
-    Ok(wishes.map(|wish| match wish {
-        Length::World(radius) => radius,
-        Length::Pixels(pixels) => pixels * pixel,
-    }))
-}
-
-/// Width [m] that a pixel has at the median view sample.
-fn pixel_footprint(engine: &mut Engine) -> Result<f32> {
-    engine.gpu.write(&engine.frame, 0, &[engine.frame_data])?;
-    let mut commands = engine.gpu.commands()?;
-    engine
-        .view
-        .record(&mut commands, &engine.world, &engine.frame);
-    commands.submit()?;
-    let samples: Vec<ViewSample> = engine
-        .gpu
-        .read(&engine.view.samples, 0..engine.view.pixel_count())?;
-    let mut footprints: Vec<f32> = samples
-        .iter()
-        .filter(|s| s.weight != [0.0; 3])
-        .map(|s| s.footprint)
-        .collect();
-    footprints.sort_by(f32::total_cmp);
-    let median = footprints.get(footprints.len() / 2).copied();
-    // No sample: no gather, so any radius will do.
-    Ok(median.unwrap_or(engine.world.radius() * 1e-3))
 }
 
 #[cfg(test)]
