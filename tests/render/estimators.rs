@@ -137,6 +137,7 @@ fn the_ledger_balances() {
     let plain = Settings {
         ledger: true,
         max_depth: 6,
+        cull: Switch::Off,
         ..settings(16, 50_000, 0.02)
     };
     let met = |settings: &Settings| {

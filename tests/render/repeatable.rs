@@ -2,9 +2,7 @@
 //! render was interrupted.
 
 use crate::check::{Device, layer, settings};
-use crate::shapes::*;
 use crate::showroom::showroom;
-use glam::Vec3;
 use lightfall::gpu::Gpu;
 use lightfall::image::{Display, Exposure, Picture, Tone, read_picture, write};
 use lightfall::render::Renderer;
@@ -129,39 +127,4 @@ fn resuming_something_else_is_refused() {
     );
     scene.hash = [8; 32];
     refuses(&scene, software(1), "scene");
-}
-
-/// A white room holds more photons than the first buffers do. The second iteration of a resumed
-/// render finds them too small again; that of an uninterrupted one does not.
-#[test]
-fn growing_buffers_change_nothing() {
-    let device = Device::open();
-    let mut scene = Scene::default();
-    let wall = material(&mut scene, lambertian(Vec3::splat(0.95)));
-    let shine = material(&mut scene, lamp(Vec3::ONE));
-    cuboid(&mut scene, Vec3::ZERO, Vec3::splat(-1.0), wall);
-    quad(
-        &mut scene,
-        Vec3::Y * 0.9,
-        Vec3::X * 0.3,
-        Vec3::Z * 0.3,
-        shine,
-    );
-    camera(&mut scene, Vec3::Z * 0.9, Vec3::ZERO, 1.4);
-    let mut renderer = Renderer::new(&device, &scene, &software(1)).unwrap();
-    let regrown = |renderer: &Renderer| {
-        renderer
-            .ledger()
-            .iter()
-            .find(|(name, _)| name.contains("repeated"))
-            .unwrap()
-            .1
-    };
-    renderer.iterate().unwrap();
-    assert_eq!(regrown(&renderer), 1);
-    let first = renderer.picture().unwrap();
-    renderer.iterate().unwrap();
-    assert_eq!(regrown(&renderer), 1);
-    let resumed = render(&device, &scene, &software(1), Some(&first), 1);
-    assert_same_bits(&renderer.picture().unwrap(), &resumed);
 }
