@@ -163,10 +163,10 @@ fn a_floor_in_a_mirror() {
         metal,
     );
     camera(&mut scene, eye, vec3(0.0, 1.2, 0.0), 0.3);
-    let light = vec3(0.0, height, -1.0);
+    let light = vec3(0.0, height, 1.0);
     scene.lights.push(Light::Spot {
         position_w: light,
-        direction_w: vec3(0.0, -1.5, 0.3).normalize(),
+        direction_w: vec3(0.0, -1.5, -0.7).normalize(),
         intensity,
         inner_cone: 0.7,
         outer_cone: 0.8,
