@@ -29,7 +29,7 @@ fn assert_same_expectation(what: &str, a: &[Estimate], b: &[Estimate]) {
     for map in [0, a.len() / 2] {
         let noise = a[map].error.hypot(b[map].error) / b[map].mean;
         println!("{what}: {:.5} ± {noise:.5}", a[map].mean / b[map].mean);
-        assert!(noise < 0.02, "{what}: too noisy to tell: {noise}");
+        assert!(noise < 0.03, "{what}: too noisy to tell: {noise}");
     }
 }
 

@@ -28,6 +28,14 @@ fn a_box_looks_the_same_everywhere() {
     });
 }
 
+/// Wide kernels reach beyond the walls' edges, and two edges meet in each corner.
+#[test]
+fn a_box_looks_the_same_through_wide_kernels() {
+    let room = |scene: &mut Scene, wall| cuboid(scene, Vec3::ZERO, -vec3(1.0, 1.0, 1.0), wall);
+    let scene = furnace(room, vec3(0.5, 0.3, 0.6), vec3(-1.0, -0.7, -0.9));
+    check(&scene, &settings(48, 20_000, 0.2), 16, "", |_, _| Vec3::ONE);
+}
+
 /// No edge here: a ball of radius r about a point of a sphere cuts off exactly π r² of it
 /// (Archimedes), so the density estimate is without bias but for the facets.
 #[test]
