@@ -238,10 +238,15 @@ impl Renderer {
         if saved.scene_hash != self.scene_hash {
             return refuse("the image was rendered from another scene".into());
         }
-        if saved.seed != self.seed || saved.settings != self.settings {
+        let line = |settings: &str, seed| format!("seed {seed} {settings}");
+        let [before, now] = [
+            line(&saved.settings, saved.seed),
+            line(&self.settings, self.seed),
+        ];
+        if before != now {
+            let differences = differences(&before, &now);
             return refuse(format!(
-                "the image was rendered with other settings: {} (seed {}), now {} (seed {})",
-                saved.settings, saved.seed, self.settings, self.seed
+                "the image was rendered with other settings: {differences}"
             ));
         }
         self.engine
@@ -394,6 +399,21 @@ fn default_paths(gpu: &Gpu, size: [u32; 2]) -> u32 {
     paths.clamp(least, most) as u32
 }
 
+/// Where two lines of names and values differ.
+fn differences(before: &str, now: &str) -> String {
+    let [a, b] = [before, now].map(|line| line.split(' ').collect::<Vec<_>>());
+    let pairs = || a.chunks(2).zip(b.chunks(2));
+    if a.len() != b.len() || pairs().any(|(a, b)| a.first() != b.first()) {
+        // Of another version of lightfall, or a camera whose name has spaces.
+        return format!("{before}; now {now}");
+    }
+    let different = pairs().filter(|(a, b)| a != b);
+    let words: Vec<String> = different
+        .map(|(a, b)| format!("{}, now {}", a.join(" "), b.get(1).unwrap_or(&"")))
+        .collect();
+    words.join("; ")
+}
+
 /// Everything that changes the expected image or its random numbers, in one line.
 fn canonical(settings: &Settings, engine: &Engine, technique: &str) -> String {
     let frame = &engine.frame_data;
@@ -415,4 +435,23 @@ fn canonical(settings: &Settings, engine: &Engine, technique: &str) -> String {
         settings.reservoir,
         settings.reject,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_named() {
+        let before = "seed 0 size 8x8 camera 0";
+        assert_eq!(
+            differences(before, "seed 1 size 8x9 camera 0"),
+            "seed 0, now 1; size 8x8, now 8x9"
+        );
+        let camera = "seed 0 size 8x8 camera the left one";
+        assert_eq!(
+            differences(before, camera),
+            format!("{before}; now {camera}")
+        );
+    }
 }

@@ -29,7 +29,7 @@ pub struct Settings {
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub caustic_radius: Option<Length>,
 
-    /// Light paths per iteration [default: from the device]
+    /// Light paths per iteration [default: from the image size and the device]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
     pub photons: Option<u32>,
 

@@ -49,6 +49,7 @@ fn usage_errors_name_the_option_and_the_range() {
         ("--alpha", "1", "below 1"),
         ("--exposure", "bright", "auto"),
         ("--tone", "sepia", "neutral"),
+        ("--resume", "a.png", "only .exr"),
         ("-o", "a.jpg", ".exr or .png"),
     ] {
         let argument = format!("{option}={value}");
@@ -193,7 +194,8 @@ fn a_resumed_render_is_the_whole_render() {
         "render", &scene, "-o", &path, "--resume", &path, "--size", "8x8",
     ];
     let stderr = fails(&[&args[..], &["--quiet"]].concat(), 1);
-    assert!(stderr.contains("8x8"), "{stderr}");
+    assert!(stderr.contains("half.exr"), "{stderr}");
+    assert!(stderr.contains("size 32x24, now 8x8"), "{stderr}");
 }
 
 #[cfg(unix)]

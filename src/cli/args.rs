@@ -57,7 +57,7 @@ pub struct RenderArgs {
     pub time: Option<Duration>,
 
     /// Go on from an .exr image of the same scene and settings
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(resumable_path))]
     pub resume: Option<PathBuf>,
 
     /// Vulkan device, by its index or part of its name, as `lightfall doctor` lists them
@@ -92,6 +92,13 @@ fn image_path(path: PathBuf) -> Result<PathBuf, &'static str> {
     match Format::of(&path) {
         Ok(_) => Ok(path),
         Err(_) => Err("the name must end in .exr or .png"),
+    }
+}
+
+fn resumable_path(path: PathBuf) -> Result<PathBuf, &'static str> {
+    match Format::of(&path) {
+        Ok(Format::Exr) => Ok(path),
+        _ => Err("only .exr images hold all that is needed to go on"),
     }
 }
 

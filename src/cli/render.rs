@@ -58,7 +58,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
     }
 
     // Only now: until here there is no image to save, and Ctrl-C may end the program as usual.
-    interrupt::watch()?;
+    interrupt::watch(args.quiet)?;
     let limit = Limit {
         iterations: args.iterations,
         time: match args.iterations {
@@ -66,6 +66,13 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
             Some(_) => args.time,
         },
     };
+    if args.iterations.is_some_and(|n| n <= renderer.iterations()) {
+        let done = renderer.iterations();
+        say(
+            args,
+            &format!("nothing to add: the image has {done} iterations"),
+        );
+    }
     let mut progress = Progress::start(limit, &renderer, args.quiet, args.json);
     while !progress.limit_reached(&renderer) && !interrupt::requested() {
         renderer.iterate()?;
@@ -119,7 +126,7 @@ fn save(args: &RenderArgs, renderer: &Renderer, seconds: f64) -> Result<()> {
     let mut result = Ok(());
     for output in &args.outputs {
         match write(output, &picture, &args.display) {
-            Ok(0) => {}
+            Ok(0) => say(args, &format!("wrote {}", output.display())),
             Ok(n) => say(
                 args,
                 &format!(
