@@ -9,7 +9,7 @@ use std::rc::Rc;
 
 use gltf::binary::Glb;
 use gltf::buffer;
-use gltf::json::Root;
+use gltf::json::{Root, Value};
 
 use super::asset::{Checked, to_usize};
 
@@ -17,27 +17,32 @@ use super::asset::{Checked, to_usize};
 /// cannot ask for more.
 const MAX_BYTES: u64 = 8 << 30;
 
-/// The JSON and binary chunks of a GLB file, or the whole of a `.gltf` file as JSON.
+/// The JSON and the binary chunk of a GLB file, or the whole of a `.gltf` file as JSON.
 /// glTF 2.0, section 4 (GLB File Format Specification).
-pub(super) fn split(bytes: &[u8]) -> Checked<(Cow<'_, [u8]>, Option<Cow<'_, [u8]>>)> {
-    if !bytes.starts_with(b"glTF") {
-        let text = bytes.trim_ascii_start();
-        // Anything else would fail as JSON too, but with words that puzzle the user.
-        if text.first() != Some(&b'{') {
-            return Err("neither a GLB nor a glTF JSON file".into());
-        }
-        return Ok((bytes.into(), None));
-    }
-    // The crate subtracts the header from this length unchecked, and reads on behind it.
+pub(super) fn split(bytes: &[u8]) -> Checked<(Value, Option<Cow<'_, [u8]>>)> {
+    let (json, bin) = if bytes.starts_with(b"glTF") {
+        let glb = Glb::from_slice(whole(bytes)?).map_err(|error| format!("GLB: {error}"))?;
+        (glb.json, glb.bin)
+    } else if bytes.trim_ascii_start().starts_with(b"{") {
+        (bytes.into(), None)
+    } else {
+        // It would fail as JSON too, but with words that puzzle the user.
+        return Err("neither a GLB nor a glTF JSON file".into());
+    };
+    let json = serde_json::from_slice(&json).map_err(|error| format!("JSON: {error}"))?;
+    Ok((json, bin))
+}
+
+/// A GLB file as long as its header says. The crate subtracts the header from that length unchecked,
+/// and reads on behind it.
+fn whole(bytes: &[u8]) -> Checked<&[u8]> {
     let length = bytes.get(8..).and_then(|rest| rest.first_chunk());
     let length = u32::from_le_bytes(*length.ok_or("GLB: ends inside its header")?);
     let file = bytes.get(..length as usize).filter(|file| file.len() >= 12);
-    let file = file.ok_or_else(|| {
+    file.ok_or_else(|| {
         let here = bytes.len();
         format!("GLB: the header says {length} bytes, the file has {here}")
-    })?;
-    let glb = Glb::from_slice(file).map_err(|error| format!("GLB: {error}"))?;
-    Ok((glb.json, glb.bin))
+    })
 }
 
 /// Reads what the scene refers to and hashes it on the way.

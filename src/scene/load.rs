@@ -34,7 +34,6 @@ pub fn load(path: &Path) -> Result<Scene> {
 
 fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     let (json, bin) = container::split(bytes)?;
-    let json: Value = serde_json::from_slice(&json).map_err(|error| format!("JSON: {error}"))?;
     check_version(&json)?;
     let mut warnings = Warnings::default();
     extensions::check(&json, &mut warnings)?;
