@@ -1,44 +1,13 @@
 //! Checked reading of accessors: whatever the file says, no read leaves its buffer.
 
-use super::asset::Asset;
-use super::json::{Checked, Json};
+use gltf::json::accessor::{ComponentType, Type, sparse};
+use gltf::json::validation::USize64;
+use gltf::json::{self, Index, buffer};
+
+use super::asset::{Asset, Checked, get, to_usize, valid};
 
 /// Elements of an accessor without data: they cost the file nothing, so its size is no bound.
 const MAX_ZEROS: usize = 1 << 20;
-
-/// glTF's componentType.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Component {
-    fn new(holder: &Json) -> Checked<Self> {
-        let json = holder.need("componentType")?;
-        Ok(match json.as_index()? {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            other => return Err(json.fault(format_args!("{other} is no component type"))),
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
-}
 
 /// `count` elements, each at a multiple of `stride`; checked to lie within `bytes`.
 struct Strided<'a> {
@@ -47,25 +16,28 @@ struct Strided<'a> {
 }
 
 impl<'a> Strided<'a> {
-    /// The elements that begin at `holder`'s byteOffset in its bufferView.
+    /// `count` elements of `size` bytes from `offset` in a bufferView, for the object at `path`.
     fn new(
         asset: &Asset<'a>,
-        holder: &Json<'a>,
+        path: &str,
+        (view, offset): (Index<buffer::View>, USize64),
         count: usize,
         size: usize,
         align: usize,
-    ) -> Checked<Option<Self>> {
-        let Some((bytes, view)) = asset.view(holder)? else {
-            return Ok(None);
-        };
-        let stride = view.index("byteStride", size)?;
+    ) -> Checked<Self> {
+        let (json, bytes) = asset.view(view, path)?;
+        let stride = json.byte_stride.map_or(size, |stride| stride.0);
         if stride < size || stride > 252.max(size) {
-            return Err(view.fault(format_args!("byteStride {stride} for elements of {size}")));
+            return Err(format!(
+                "/bufferViews/{view}: byteStride {stride} for elements of {size}"
+            ));
         }
-        let offset = holder.index("byteOffset", 0)?;
-        let start = view.index("byteOffset", 0)?;
+        let (offset, start) = (
+            to_usize(offset),
+            to_usize(json.byte_offset.unwrap_or_default()),
+        );
         if offset % align != 0 || start.wrapping_add(offset) % align != 0 || stride % align != 0 {
-            return Err(holder.fault(format_args!("not aligned to its components of {align}")));
+            return Err(format!("{path}: not aligned to its components of {align}"));
         }
         let length = match count {
             0 => Some(0),
@@ -77,12 +49,10 @@ impl<'a> Strided<'a> {
             .and_then(|length| offset.checked_add(length))
             .and_then(|end| bytes.get(offset..end))
             .ok_or_else(|| {
-                holder.fault(format_args!(
-                    "{count} elements leave the bufferView of {} bytes",
-                    bytes.len()
-                ))
+                let size = bytes.len();
+                format!("{path}: {count} elements leave the bufferView of {size} bytes")
             })?;
-        Ok(Some(Self { bytes, stride }))
+        Ok(Self { bytes, stride })
     }
 
     fn element(&self, i: usize) -> &'a [u8] {
@@ -94,7 +64,7 @@ impl<'a> Strided<'a> {
 pub(super) struct Accessor<'a> {
     pub count: usize,
     pub components: usize,
-    pub component: Component,
+    pub component: ComponentType,
     normalized: bool,
     dense: Option<Strided<'a>>,
     sparse: Option<Sparse<'a>>,
@@ -102,47 +72,51 @@ pub(super) struct Accessor<'a> {
 
 struct Sparse<'a> {
     count: usize,
-    index: Component,
+    index: ComponentType,
     indices: Strided<'a>,
     values: Strided<'a>,
 }
 
 impl<'a> Accessor<'a> {
-    /// Opens the accessor whose index is the member `key` of `holder`, where there is one.
-    pub fn open(asset: &Asset<'a>, holder: &Json<'a>, key: &str) -> Checked<Option<Self>> {
-        let Some((_, json)) = holder.refer(key, &asset.root, "accessors")? else {
-            return Ok(None);
-        };
-        let count = json.need("count")?.as_index()?;
-        let component = Component::new(&json)?;
-        let kind = json.need("type")?;
-        let components = match kind.as_text()? {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC3" => 3,
-            "VEC4" => 4,
-            other => return Err(kind.fault(format_args!("{other} is no vertex data"))),
-        };
-        let align = component.size();
-        let size = align * components;
-        let dense = Strided::new(asset, &json, count, size, align)?;
-        if dense.is_none() && count > MAX_ZEROS {
-            return Err(json.fault(format_args!(
-                "{count} elements without a bufferView; at most {MAX_ZEROS}"
-            )));
+    /// Opens the accessor that stands at `holder`.
+    pub fn open(asset: &Asset<'a>, index: Index<json::Accessor>, holder: &str) -> Checked<Self> {
+        let json = get(asset.root, index, holder)?;
+        let path = format!("/accessors/{index}");
+        let count = to_usize(json.count);
+        let component = valid(json.component_type, format_args!("{path}/componentType"))?.0;
+        let kind = valid(json.type_, format_args!("{path}/type"))?;
+        if matches!(kind, Type::Mat2 | Type::Mat3 | Type::Mat4) {
+            return Err(format!("{path}/type: a matrix is no vertex data"));
         }
-        let sparse = match json.get("sparse")? {
-            Some(sparse) => Some(Sparse::open(asset, &sparse, count, size, align)?),
+        let (components, align) = (kind.multiplicity(), component.size());
+        let size = align * components;
+        let dense = match json.buffer_view {
+            Some(view) => {
+                let place = (view, json.byte_offset.unwrap_or_default());
+                Some(Strided::new(asset, &path, place, count, size, align)?)
+            }
+            None if count > MAX_ZEROS => {
+                return Err(format!(
+                    "{path}: {count} elements without a bufferView; at most {MAX_ZEROS}"
+                ));
+            }
             None => None,
         };
-        Ok(Some(Self {
+        let sparse = match &json.sparse {
+            Some(sparse) => {
+                let path = format!("{path}/sparse");
+                Some(Sparse::open(asset, sparse, &path, count, size, align)?)
+            }
+            None => None,
+        };
+        Ok(Self {
             count,
             components,
             component,
-            normalized: json.flag("normalized")?,
+            normalized: json.normalized,
             dense,
             sparse,
-        }))
+        })
     }
 
     fn element(&self, i: usize) -> &'a [u8] {
@@ -167,12 +141,12 @@ impl<'a> Accessor<'a> {
     /// glTF 2.0, section 3.6.2.2, also for KHR_mesh_quantization.
     fn float(&self, bytes: &[u8], at: usize) -> f32 {
         let (value, max) = match self.component {
-            Component::I8 => (f32::from(i8::from_le_bytes(le(bytes, at))), 127.0),
-            Component::U8 => (f32::from(u8::from_le_bytes(le(bytes, at))), 255.0),
-            Component::I16 => (f32::from(i16::from_le_bytes(le(bytes, at))), 32767.0),
-            Component::U16 => (f32::from(u16::from_le_bytes(le(bytes, at))), 65535.0),
-            Component::U32 => (u32::from_le_bytes(le(bytes, at)) as f32, u32::MAX as f32),
-            Component::F32 => return f32::from_le_bytes(le(bytes, at)),
+            ComponentType::I8 => (f32::from(i8::from_le_bytes(le(bytes, at))), 127.0),
+            ComponentType::U8 => (f32::from(u8::from_le_bytes(le(bytes, at))), 255.0),
+            ComponentType::I16 => (f32::from(i16::from_le_bytes(le(bytes, at))), 32767.0),
+            ComponentType::U16 => (f32::from(u16::from_le_bytes(le(bytes, at))), 65535.0),
+            ComponentType::U32 => (u32::from_le_bytes(le(bytes, at)) as f32, u32::MAX as f32),
+            ComponentType::F32 => return f32::from_le_bytes(le(bytes, at)),
         };
         if self.normalized {
             (value / max).max(-1.0)
@@ -190,23 +164,21 @@ impl<'a> Accessor<'a> {
 impl<'a> Sparse<'a> {
     fn open(
         asset: &Asset<'a>,
-        json: &Json<'a>,
+        json: &sparse::Sparse,
+        path: &str,
         elements: usize,
         size: usize,
         align: usize,
     ) -> Checked<Self> {
-        let count = json.need("count")?.as_index()?;
-        let (at, values) = (json.need("indices")?, json.need("values")?);
-        let index = Component::new(&at)?;
-        if !matches!(index, Component::U8 | Component::U16 | Component::U32) {
-            return Err(at.fault("must be unsigned integers"));
-        }
-        let no_view = |json: &Json| json.fault("lacks \"bufferView\"");
-        let indices = Strided::new(asset, &at, count, index.size(), index.size())?
-            .ok_or_else(|| no_view(&at))?;
-        let values =
-            Strided::new(asset, &values, count, size, align)?.ok_or_else(|| no_view(&values))?;
-        asset.charge(count as u64, json)?;
+        let count = to_usize(json.count);
+        let at = format!("{path}/indices");
+        let kind = json.indices.component_type;
+        let index = valid(kind, format_args!("{at}/componentType"))?.0;
+        let place = (json.indices.buffer_view, json.indices.byte_offset);
+        let indices = Strided::new(asset, &at, place, count, index.size(), index.size())?;
+        let place = (json.values.buffer_view, json.values.byte_offset);
+        let values = Strided::new(asset, &format!("{path}/values"), place, count, size, align)?;
+        asset.charge(count as u64, path)?;
         let sparse = Self {
             count,
             index,
@@ -217,9 +189,9 @@ impl<'a> Sparse<'a> {
         for i in 0..count {
             let element = sparse.at(i);
             if element < next || element >= elements {
-                return Err(at.fault(format_args!(
-                    "{element} is out of order or not below {elements}"
-                )));
+                return Err(format!(
+                    "{at}: {element} is out of order or not below {elements}"
+                ));
             }
             next = element + 1;
         }
@@ -245,10 +217,10 @@ impl<'a> Sparse<'a> {
     }
 }
 
-fn unsigned(component: Component, bytes: &[u8]) -> u32 {
+fn unsigned(component: ComponentType, bytes: &[u8]) -> u32 {
     match component {
-        Component::U8 => u8::from_le_bytes(le(bytes, 0)).into(),
-        Component::U16 => u16::from_le_bytes(le(bytes, 0)).into(),
+        ComponentType::U8 => u8::from_le_bytes(le(bytes, 0)).into(),
+        ComponentType::U16 => u16::from_le_bytes(le(bytes, 0)).into(),
         _ => u32::from_le_bytes(le(bytes, 0)),
     }
 }

@@ -1,23 +1,88 @@
-//! The JSON of a file together with its bytes.
+//! The document of a file, typed by the gltf crate, together with its bytes.
+//!
+//! Of the crate, the JSON types are used and not the wrappers around them ([`gltf::Document`]):
+//! those unwrap whatever they look up, and rely on a validation of the whole document that refuses
+//! what can be rendered (a POSITION without bounds, a texture with only a WebP source, any extension
+//! that the crate does not know) and that itself panics where a POSITION is out of range. Here every
+//! reference is checked where it is followed, and the fault names its place. Accessors are read in
+//! [`super::accessor`] for the same reason: the crate's readers slice unchecked.
 
 use std::cell::Cell;
+use std::fmt::Display;
 use std::rc::Rc;
 
-use super::json::{Checked, Json};
+use gltf::json::validation::{self, USize64};
+use gltf::json::{Buffer, Index, Root, Value, buffer};
+use serde_path_to_error::Segment;
+
+/// A checked read: the fault is a sentence that begins with a JSON path.
+pub(super) type Checked<T> = Result<T, String>;
 
 /// Elements (triangle corners, sparse values) that a scene may read beyond one for each byte it has.
 /// Only files that use the same data again and again come near it: instances count each time.
 const MAX_SHARED: u64 = 1 << 26;
 
-/// The JSON of a file with the bytes that it refers to.
+/// The document `json`, typed. Animations, which are not rendered, are left out unseen.
+pub(super) fn typed(mut json: Value) -> Checked<Root> {
+    // The crate asks for two members that glTF does not: an animation's target node, a scene's nodes.
+    if let Some(root) = json.as_object_mut() {
+        root.remove("animations");
+    }
+    let scenes = json.get_mut("scenes").and_then(Value::as_array_mut);
+    for scene in scenes.into_iter().flatten() {
+        if let Some(scene) = scene.as_object_mut() {
+            scene.entry("nodes").or_insert_with(|| Value::Array(vec![]));
+        }
+    }
+    serde_path_to_error::deserialize(json).map_err(|error| {
+        let path: String = error
+            .path()
+            .iter()
+            .map(|segment| match segment {
+                Segment::Seq { index } => format!("/{index}"),
+                Segment::Map { key } => format!("/{key}"),
+                Segment::Enum { .. } | Segment::Unknown => "/?".into(),
+            })
+            .collect();
+        let path = if path.is_empty() { "/" } else { &path };
+        format!("{path}: {}", error.inner())
+    })
+}
+
+/// What `index`, which stands at `path`, refers to.
+pub(super) fn get<T>(root: &Root, index: Index<T>, path: impl Display) -> Checked<&T>
+where
+    Root: AsRef<[T]>,
+{
+    let list: &[T] = root.as_ref();
+    list.get(index.value()).ok_or_else(|| {
+        let count = list.len();
+        format!("{path}: is {index}, but the file has {count} of these")
+    })
+}
+
+/// The member at `path`, unless it is none of the names or numbers that glTF lists for it.
+pub(super) fn valid<T>(member: validation::Checked<T>, path: impl Display) -> Checked<T> {
+    match member {
+        validation::Checked::Valid(value) => Ok(value),
+        validation::Checked::Invalid => Err(format!("{path}: is none of the values of glTF")),
+    }
+}
+
+/// Where it does not fit, it exceeds every buffer.
+pub(super) fn to_usize(size: USize64) -> usize {
+    size.0.try_into().unwrap_or(usize::MAX)
+}
+
+/// A document with the bytes that it refers to.
 pub(super) struct Asset<'a> {
-    pub root: Json<'a>,
-    pub buffers: &'a [Rc<[u8]>],
+    pub root: &'a Root,
+    buffers: &'a [Rc<[u8]>],
     elements_left: Cell<u64>,
 }
 
 impl<'a> Asset<'a> {
-    pub fn new(root: Json<'a>, buffers: &'a [Rc<[u8]>]) -> Self {
+    pub fn new(root: &'a Root, buffers: &'a [Rc<[u8]>]) -> Self {
         let bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
         Self {
             root,
@@ -28,37 +93,38 @@ impl<'a> Asset<'a> {
     }
 
     /// Takes `count` elements from what this scene may read.
-    pub fn charge(&self, count: u64, whose: &Json) -> Checked<()> {
+    pub fn charge(&self, count: u64, path: &str) -> Checked<()> {
         let left = self.elements_left.get().checked_sub(count);
         self.elements_left.set(left.ok_or_else(|| {
-            whose.fault(format_args!(
-                "the scene is too large: more than {MAX_SHARED} shared vertices, instances counted"
-            ))
+            format!(
+                "{path}: the scene is too large: more than {MAX_SHARED} shared vertices, instances \
+                 counted"
+            )
         })?);
         Ok(())
     }
 
-    /// The bytes of the bufferView that `holder` refers to, and the view itself.
-    pub fn view(&self, holder: &Json<'a>) -> Checked<Option<(&'a [u8], Json<'a>)>> {
-        let Some((_, view)) = holder.refer("bufferView", &self.root, "bufferViews")? else {
-            return Ok(None);
-        };
-        let (i, buffer) = view
-            .refer("buffer", &self.root, "buffers")?
-            .ok_or_else(|| view.fault("lacks \"buffer\""))?;
-        let bytes: &[u8] = self.buffers.get(i).map_or(&[], |bytes| bytes);
-        let byte_length = buffer.index("byteLength", 0)?.min(bytes.len());
-        let offset = view.index("byteOffset", 0)?;
-        let length = view.need("byteLength")?.as_index()?;
+    /// The bufferView that the object at `path` refers to, and its bytes.
+    pub fn view(
+        &self,
+        index: Index<buffer::View>,
+        path: &str,
+    ) -> Checked<(&'a buffer::View, &'a [u8])> {
+        let view = get(self.root, index, format_args!("{path}/bufferView"))?;
+        let path = format!("/bufferViews/{index}");
+        let buffer: &Buffer = get(self.root, view.buffer, format_args!("{path}/buffer"))?;
+        let bytes = self.buffers.get(view.buffer.value());
+        let bytes: &[u8] = bytes.map_or(&[], |bytes| bytes);
+        let size = to_usize(buffer.byte_length).min(bytes.len());
+        let offset = to_usize(view.byte_offset.unwrap_or_default());
+        let length = to_usize(view.byte_length);
         let bytes = offset
             .checked_add(length)
-            .filter(|end| *end <= byte_length)
+            .filter(|end| *end <= size)
             .and_then(|end| bytes.get(offset..end))
             .ok_or_else(|| {
-                view.fault(format_args!(
-                    "{length} bytes from {offset} leave its buffer of {byte_length}"
-                ))
+                format!("{path}: {length} bytes from {offset} leave its buffer of {size}")
             })?;
-        Ok(Some((bytes, view)))
+        Ok((view, bytes))
     }
 }

@@ -1,65 +1,48 @@
 //! From bytes to JSON and buffers: the GLB container, URIs and external files.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use super::json::{Checked, Json};
+use gltf::binary::Glb;
+use gltf::buffer;
+use gltf::json::{Root, Value};
+
+use super::asset::{Checked, to_usize};
 
 /// All bytes read for one scene, together. A file list that names a large file again and again
 /// cannot ask for more.
 const MAX_BYTES: u64 = 8 << 30;
 
-/// The JSON and binary chunks of a GLB file, or the whole of a `.gltf` file as JSON.
+/// The JSON and the binary chunk of a GLB file, or the whole of a `.gltf` file as JSON.
 /// glTF 2.0, section 4 (GLB File Format Specification).
-pub(super) fn split(bytes: &[u8]) -> Checked<(&[u8], Option<&[u8]>)> {
-    if !bytes.starts_with(b"glTF") {
-        let text = bytes.trim_ascii_start();
-        // Anything else would fail as JSON too, but with words that puzzle the user.
-        if text.first() != Some(&b'{') {
-            return Err("neither a GLB nor a glTF JSON file".into());
-        }
-        return Ok((bytes, None));
-    }
-    let (version, length) = (word(bytes, 4), word(bytes, 8));
-    let (Some(version), Some(length)) = (version, length) else {
-        return Err("GLB: ends inside its header".into());
+pub(super) fn split(bytes: &[u8]) -> Checked<(Value, Option<Cow<'_, [u8]>>)> {
+    let (json, bin) = if bytes.starts_with(b"glTF") {
+        let glb = Glb::from_slice(whole(bytes)?).map_err(|error| format!("GLB: {error}"))?;
+        (glb.json, glb.bin)
+    } else if bytes.trim_ascii_start().starts_with(b"{") {
+        (bytes.into(), None)
+    } else {
+        // It would fail as JSON too, but with words that puzzle the user.
+        return Err("neither a GLB nor a glTF JSON file".into());
     };
-    if version != 2 {
-        return Err(format!("GLB: container version {version}, not 2"));
-    }
-    let body = bytes.get(12..length as usize).ok_or_else(|| {
+    let json = serde_json::from_slice(&json).map_err(|error| format!("JSON: {error}"))?;
+    Ok((json, bin))
+}
+
+/// A GLB file as long as its header says. The crate subtracts the header from that length unchecked,
+/// and reads on behind it.
+fn whole(bytes: &[u8]) -> Checked<&[u8]> {
+    let length = bytes.get(8..).and_then(|rest| rest.first_chunk());
+    let length = u32::from_le_bytes(*length.ok_or("GLB: ends inside its header")?);
+    let file = bytes.get(..length as usize).filter(|file| file.len() >= 12);
+    file.ok_or_else(|| {
         let here = bytes.len();
         format!("GLB: the header says {length} bytes, the file has {here}")
-    })?;
-    let (kind, json, rest) = chunk(body)?;
-    if kind != *b"JSON" {
-        return Err("GLB: the first chunk is not JSON".into());
-    }
-    if rest.is_empty() {
-        return Ok((json, None));
-    }
-    let (kind, bin, _) = chunk(rest)?;
-    Ok((json, (kind == *b"BIN\0").then_some(bin)))
-}
-
-fn word(bytes: &[u8], at: usize) -> Option<u32> {
-    let bytes = bytes.get(at..)?.first_chunk()?;
-    Some(u32::from_le_bytes(*bytes))
-}
-
-/// The type and data of the chunk that `bytes` begins with, and what follows.
-fn chunk(bytes: &[u8]) -> Checked<([u8; 4], &[u8], &[u8])> {
-    let ends = || "GLB: ends inside a chunk".to_owned();
-    let length = word(bytes, 0).ok_or_else(ends)? as usize;
-    let (kind, data) = bytes
-        .get(4..)
-        .and_then(|rest| rest.split_first_chunk::<4>())
-        .ok_or_else(ends)?;
-    let (data, rest) = data.split_at_checked(length).ok_or_else(ends)?;
-    Ok((*kind, data, rest))
+    })
 }
 
 /// Reads what the scene refers to and hashes it on the way.
@@ -88,18 +71,19 @@ impl Resources {
         *self.hasher.finalize().as_bytes()
     }
 
-    /// The bytes behind the string `uri`: a data URI, or a file in the scene's own folder.
-    pub fn fetch(&mut self, uri: &Json) -> Checked<Rc<[u8]>> {
-        let text = uri.as_text()?;
-        if let Some(data) = text.strip_prefix("data:") {
-            return decode_data_uri(data).map_err(|fault| uri.fault(fault));
+    /// The bytes behind `uri`: a data URI, or a file in the scene's own folder.
+    pub fn fetch(&mut self, uri: &str) -> Checked<Rc<[u8]>> {
+        if uri.starts_with("data:") {
+            // Without a folder the crate reads no file. It pads the data to a multiple of four.
+            let data = buffer::Data::from_source(buffer::Source::Uri(uri), None);
+            return Ok(data.map_err(|error| format!("data URI: {error}"))?.0.into());
         }
-        let relative = relative_path(text).map_err(|fault| uri.fault(fault))?;
+        let relative = relative_path(uri)?;
         if let Some(bytes) = self.files.get(&relative) {
             return Ok(bytes.clone());
         }
         let bytes: Rc<[u8]> = read_file(&self.folder.join(&relative), self.bytes_left)
-            .map_err(|error| uri.fault(format_args!("{}: {error}", relative.display())))?
+            .map_err(|error| format!("{}: {error}", relative.display()))?
             .into();
         self.bytes_left -= bytes.len() as u64;
         self.hasher.update(&bytes);
@@ -130,7 +114,7 @@ pub(super) fn read_main(path: &Path) -> std::io::Result<Vec<u8>> {
 /// A URI as a path that stays inside the folder it is joined to. Symbolic links are followed: the
 /// user made them, not the file.
 fn relative_path(uri: &str) -> Checked<PathBuf> {
-    let text = percent_decode(uri)?;
+    let text = urlencoding::decode(uri).map_err(|_| format!("{uri}: not UTF-8"))?;
     let scheme = text.split_once(':').is_some_and(|(scheme, _)| {
         let mut letters = scheme.chars();
         letters.next().is_some_and(|c| c.is_ascii_alphabetic())
@@ -158,79 +142,40 @@ fn relative_path(uri: &str) -> Checked<PathBuf> {
     if text.is_empty() || text.contains('\0') {
         return Err(format!("{uri:?}: not a file name"));
     }
-    Ok(text.into())
-}
-
-fn percent_decode(uri: &str) -> Checked<String> {
-    let mut rest = uri.as_bytes();
-    let mut decoded = Vec::with_capacity(rest.len());
-    while let [first, tail @ ..] = rest {
-        let digit = |i: usize| tail.get(i).and_then(|&c| char::from(c).to_digit(16));
-        match (first, digit(0), digit(1)) {
-            (b'%', Some(high), Some(low)) => {
-                decoded.push((high * 16 + low) as u8);
-                rest = &tail[2..];
-            }
-            _ => {
-                decoded.push(*first);
-                rest = tail;
-            }
-        }
-    }
-    String::from_utf8(decoded).map_err(|_| format!("{uri}: not UTF-8"))
-}
-
-/// RFC 2397, the part behind `data:`.
-fn decode_data_uri(data: &str) -> Checked<Rc<[u8]>> {
-    let (kind, content) = data.split_once(',').ok_or("data URI without a comma")?;
-    if !kind.ends_with(";base64") {
-        return Err("data URI that is not base64".into());
-    }
-    let mut bytes = Vec::with_capacity(content.len() / 4 * 3 + 3);
-    let (mut bits, mut held) = (0u32, 0);
-    for c in percent_decode(content)?.trim_end_matches('=').bytes() {
-        let digit = match c {
-            b'A'..=b'Z' => c - b'A',
-            b'a'..=b'z' => c - b'a' + 26,
-            b'0'..=b'9' => c - b'0' + 52,
-            b'+' | b'-' => 62,
-            b'/' | b'_' => 63,
-            _ => return Err("data URI with a character that is not base64".into()),
-        };
-        bits = (bits << 6) | u32::from(digit);
-        held += 6;
-        if held >= 8 {
-            held -= 8;
-            bytes.push((bits >> held) as u8);
-        }
-    }
-    Ok(bytes.into())
+    Ok(text.into_owned().into())
 }
 
 /// The content of every buffer, each at least as long as it says.
 pub(super) fn buffers(
-    root: &Json,
+    root: &Root,
     bin: Option<&[u8]>,
     resources: &mut Resources,
 ) -> Checked<Vec<Rc<[u8]>>> {
     let mut buffers = Vec::new();
-    for (i, buffer) in root.items("buffers")?.iter().enumerate() {
-        let length = buffer.need("byteLength")?.as_index()?;
-        let bytes: Rc<[u8]> = match (buffer.get("uri")?, bin) {
-            (Some(uri), _) => resources.fetch(&uri)?,
+    for (i, buffer) in root.buffers.iter().enumerate() {
+        let length = to_usize(buffer.byte_length);
+        let extensions = buffer.extensions.as_ref();
+        let bytes: Rc<[u8]> = match (&buffer.uri, bin) {
+            (Some(uri), _) => resources
+                .fetch(uri)
+                .map_err(|fault| format!("/buffers/{i}/uri: {fault}"))?,
             (None, Some(bin)) if i == 0 => bin.into(),
             // What only a decoder would fill; who reads it is told that it is empty.
-            _ if buffer.extension("EXT_meshopt_compression")?.is_some() => {
+            _ if extensions.is_some_and(|e| e.others.contains_key("EXT_meshopt_compression")) => {
                 buffers.push([].into());
                 continue;
             }
-            _ => return Err(buffer.fault("has no uri, and there is no GLB chunk for it")),
+            _ => {
+                return Err(format!(
+                    "/buffers/{i}: has no uri, and there is no GLB chunk for it"
+                ));
+            }
         };
         if bytes.len() < length {
-            return Err(buffer.fault(format_args!(
-                "byteLength is {length}, but there are only {} bytes",
+            return Err(format!(
+                "/buffers/{i}: byteLength is {length}, but there are only {} bytes",
                 bytes.len()
-            )));
+            ));
         }
         buffers.push(bytes);
     }

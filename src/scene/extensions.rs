@@ -2,7 +2,9 @@
 
 use std::collections::HashSet;
 
-use super::json::{Checked, Json};
+use gltf::json::Value;
+
+use super::asset::Checked;
 use super::warnings::Warnings;
 
 enum Support {
@@ -75,45 +77,83 @@ fn support(name: &str) -> Option<&'static Support> {
     Some(&row.1)
 }
 
-/// Refuses what the file requires and lightfall cannot do; warns of what it only uses.
-pub(super) fn check(root: &Json, warnings: &mut Warnings) -> Checked<()> {
-    for entry in root.items("extensionsRequired")? {
-        let name = entry.as_text()?;
-        match support(name) {
-            Some(Full | Approximated(_)) => {}
-            Some(Convert(fix)) => {
-                return Err(entry.fault(format_args!(
-                    "the file requires {name}, which is not supported; {fix}"
-                )));
-            }
-            Some(Ignored(_)) | None => {
-                return Err(entry.fault(format_args!(
-                    "the file requires {name}, which is not supported"
-                )));
-            }
-        }
+/// Refuses what the file requires and lightfall cannot do; warns of what it only uses. It looks at
+/// the untyped document, because the gltf crate's types drop the place of some extensions.
+pub(super) fn check(json: &Value, warnings: &mut Warnings) -> Checked<()> {
+    for (i, name) in names(json, "extensionsRequired") {
+        let fix = match support(name) {
+            Some(Full | Approximated(_)) => continue,
+            Some(Convert(fix)) => format!("; {fix}"),
+            Some(Ignored(_)) | None => String::new(),
+        };
+        return Err(format!(
+            "/extensionsRequired/{i}: the file requires {name}, which is not supported{fix}"
+        ));
     }
     let mut met = HashSet::new();
-    root.each_extension(&mut |name, path| {
+    visit(json, &mut String::new(), &mut |name, path| {
         met.insert(name.to_owned());
         warn(name, path, warnings);
     });
-    for entry in root.items("extensionsUsed")? {
-        let name = entry.as_text()?;
+    for (i, name) in names(json, "extensionsUsed") {
         if met.insert(name.to_owned()) {
-            warn(name, entry.path(), warnings);
+            warn(name, &format!("/extensionsUsed/{i}"), warnings);
         }
     }
     Ok(())
+}
+
+/// The strings in the root's array `key`, with their places.
+fn names<'a>(json: &'a Value, key: &str) -> impl Iterator<Item = (usize, &'a str)> {
+    let names = json.get(key).and_then(Value::as_array);
+    let names = names.into_iter().flatten().enumerate();
+    names.filter_map(|(i, name)| Some((i, name.as_str()?)))
 }
 
 fn warn(name: &str, path: &str, warnings: &mut Warnings) {
     match support(name) {
         Some(Full) => {}
         Some(Approximated(instead) | Ignored(instead)) => {
-            warnings.add(path, &format!("{name} is not supported: {instead}"));
+            warnings.add(path, format_args!("{name} is not supported: {instead}"));
         }
-        Some(Convert(fix)) => warnings.add(path, &format!("{name} is not supported; {fix}")),
-        None => warnings.add(path, &format!("{name} is unknown here and ignored")),
+        Some(Convert(fix)) => warnings.add(path, format_args!("{name} is not supported; {fix}")),
+        None => warnings.add(path, format_args!("{name} is unknown here and ignored")),
+    }
+}
+
+/// Calls `found(extension name, path)` for every extension object in `value`. The depth of the
+/// recursion is bounded by the JSON parser's (128).
+fn visit(value: &Value, path: &mut String, found: &mut impl FnMut(&str, &str)) {
+    let end = path.len();
+    match value {
+        Value::Object(members) => {
+            for (key, member) in members {
+                // Extras are the application's own; what looks like an extension there is none.
+                if key == "extras" {
+                    continue;
+                }
+                path.push('/');
+                path.push_str(key);
+                if key == "extensions"
+                    && let Value::Object(extensions) = member
+                {
+                    for name in extensions.keys() {
+                        found(name, &format!("{path}/{name}"));
+                    }
+                }
+                visit(member, path, found);
+                path.truncate(end);
+            }
+        }
+        Value::Array(elements) => {
+            for (i, element) in elements.iter().enumerate() {
+                if element.is_object() || element.is_array() {
+                    path.push_str(&format!("/{i}"));
+                    visit(element, path, found);
+                    path.truncate(end);
+                }
+            }
+        }
+        _ => {}
     }
 }

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
+use gltf::json::Mesh;
 
-use super::asset::Asset;
-use super::json::{Checked, Json};
+use super::asset::{Asset, Checked, get};
 use super::node::{MAX_COORDINATE, Node};
-use super::primitive::{self, Attributes, Primitive};
+use super::primitive::{self, Attributes, Triangles};
 use super::tangent::unit;
 use super::warnings::Warnings;
 use super::{Material, Scene, Triangle, Vertex};
@@ -19,40 +19,46 @@ pub(super) fn add_meshes<'a>(
     scene: &mut Scene,
     warnings: &mut Warnings,
 ) -> Checked<()> {
-    let mut instances: BTreeMap<usize, (Json, Vec<&Node>)> = BTreeMap::new();
+    let mut instances: BTreeMap<usize, (&Mesh, Vec<&Node>)> = BTreeMap::new();
     for node in nodes {
-        if let Some((i, mesh)) = node.json.refer("mesh", &asset.root, "meshes")? {
-            let entry = instances.entry(i).or_insert_with(|| (mesh, Vec::new()));
-            entry.1.push(node);
-            if node.json.get("skin")?.is_some() {
-                let path = format!("{}/skin", node.json.path());
-                warnings.add(&path, "skins are not supported: the mesh as it is bound");
+        let path = &node.path;
+        if let Some(index) = node.json.mesh {
+            let mesh = get(asset.root, index, format_args!("{path}/mesh"))?;
+            let entry = instances.entry(index.value());
+            entry.or_insert((mesh, Vec::new())).1.push(node);
+            if node.json.skin.is_some() {
+                let what = "skins are not supported: the mesh as it is bound";
+                warnings.add(format_args!("{path}/skin"), what);
             }
         }
     }
     // The whole bill before the first triangle is read.
     let mut primitives = Vec::new();
-    for (mesh, nodes) in instances.values() {
-        for json in mesh.items("primitives")? {
-            if let Some(attributes) = Attributes::open(asset, &json, warnings)? {
+    for (i, (mesh, nodes)) in &instances {
+        for (j, json) in mesh.primitives.iter().enumerate() {
+            let path = format!("/meshes/{i}/primitives/{j}");
+            if let Some(attributes) = Attributes::open(asset, json, &path, warnings)? {
                 let corners = attributes.corners() as u64;
-                asset.charge(corners.saturating_mul(nodes.len() as u64), &json)?;
-                primitives.push((json, attributes, nodes));
+                asset.charge(corners.saturating_mul(nodes.len() as u64), &path)?;
+                primitives.push((json, path, attributes, nodes));
             }
         }
     }
     let named = scene.materials.len() as u32;
-    for (json, attributes, nodes) in primitives {
-        let root = &asset.root;
-        let primitive = primitive::read(&json, &attributes, root, &scene.materials, warnings)?;
+    for (json, path, attributes, nodes) in primitives {
+        if let Some(index) = json.material {
+            get(asset.root, index, format_args!("{path}/material"))?;
+        }
+        let material = json.material.map(|index| index.value());
+        let primitive = primitive::read(&attributes, material, &path, &scene.materials, warnings)?;
         // The default material comes last, and only where something needs it.
-        let material = primitive.material.unwrap_or(named);
+        let material = material.map_or(named, |i| i as u32);
         if material == named && scene.materials.len() as u32 == named {
             scene.materials.push(Material::default());
         }
         for node in nodes {
             add(&primitive, material, &node.world_from_node, scene)
-                .map_err(|fault| node.json.fault(fault))?;
+                .map_err(|fault| format!("{}: {fault}", node.path))?;
         }
     }
     Ok(())
@@ -60,7 +66,7 @@ pub(super) fn add_meshes<'a>(
 
 /// Appends one instance of a primitive.
 fn add(
-    primitive: &Primitive,
+    primitive: &Triangles,
     material: u32,
     world_from_object: &DAffine3,
     scene: &mut Scene,

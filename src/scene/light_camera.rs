@@ -1,28 +1,31 @@
 //! KHR_lights_punctual and cameras, placed by their nodes.
 
-use std::f32::consts::PI;
-use std::f64::consts::FRAC_PI_2;
+use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3};
+use gltf::json::camera;
+use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 
-use super::json::{Checked, Json};
+use super::asset::{Checked, valid};
 use super::material::{MAX_RADIANCE, factor, factors};
 use super::warnings::Warnings;
 use super::{Camera, Light};
 
-/// The light that `json` (an element of KHR_lights_punctual's `lights`) describes. Its `range` is a
-/// hint for renderers that cull lights, and not needed here.
+/// The light that `json`, at `path`, describes. Its `range` is a hint for renderers that cull
+/// lights, and not needed here.
 pub(super) fn light(
-    json: &Json,
+    json: &punctual::Light,
+    path: &str,
     world_from_node: &DAffine3,
     warnings: &mut Warnings,
 ) -> Checked<Option<Light>> {
-    let color = factors(json, "color", [1.0; 3], 0.0..=1.0, warnings)?;
-    let strength = factor(json, "intensity", 1.0, 0.0..=MAX_RADIANCE, warnings)?;
+    let color = factors(json.color, 0.0..=1.0, path, "color", warnings);
+    let range = 0.0..=MAX_RADIANCE;
+    let strength = factor(json.intensity, range, path, "intensity", warnings);
     let intensity = Vec3::from(color) * strength;
     let position_w = world_from_node.translation.as_vec3();
-    let kind = json.need("type")?;
-    if kind.as_text()? == "point" {
+    let kind = valid(json.type_, format_args!("{path}/type"))?;
+    if kind == punctual::Type::Point {
         return Ok(Some(Light::Point {
             position_w,
             intensity,
@@ -30,91 +33,84 @@ pub(super) fn light(
     }
     let Some(direction) = (-world_from_node.matrix3.z_axis).try_normalize() else {
         let what = "light left out: its node has no direction (scaled to zero)";
-        warnings.add(json.path(), what);
+        warnings.add(path, what);
         return Ok(None);
     };
     let direction_w = direction.as_vec3().normalize();
-    Ok(Some(match kind.as_text()? {
-        "directional" => Light::Directional {
+    if kind == punctual::Type::Directional {
+        return Ok(Some(Light::Directional {
             direction_w,
             illuminance: intensity,
-        },
-        "spot" => {
-            let (inner_cone, outer_cone) = cones(&json.need("spot")?, warnings)?;
-            Light::Spot {
-                position_w,
-                direction_w,
-                intensity,
-                inner_cone,
-                outer_cone,
-            }
-        }
-        other => return Err(kind.fault(format_args!("{other} is no light type"))),
+        }));
+    }
+    let spot = json.spot.as_ref();
+    let spot = spot.ok_or_else(|| format!("{path}: lacks \"spot\""))?;
+    let (inner_cone, outer_cone) = cones(spot, &format!("{path}/spot"), warnings)?;
+    Ok(Some(Light::Spot {
+        position_w,
+        direction_w,
+        intensity,
+        inner_cone,
+        outer_cone,
     }))
 }
 
 /// Half angles [rad] with 0 ≤ inner < outer ≤ π/2.
-fn cones(spot: &Json, warnings: &mut Warnings) -> Checked<(f32, f32)> {
-    let inner = spot.number("innerConeAngle", 0.0)?;
-    let outer = spot.number("outerConeAngle", std::f64::consts::FRAC_PI_4)?;
-    if !(0.0 <= inner && inner < outer) {
-        return Err(spot.fault(format_args!(
-            "innerConeAngle {inner} must be at least 0 and below outerConeAngle {outer}"
-        )));
+fn cones(spot: &punctual::Spot, path: &str, warnings: &mut Warnings) -> Checked<(f32, f32)> {
+    let (inner, outer) = (spot.inner_cone_angle, spot.outer_cone_angle);
+    // Equal angles pass, for they may have been different in the file, which has more digits.
+    if !(0.0 <= inner && inner <= outer && outer > 0.0) {
+        return Err(format!(
+            "{path}: innerConeAngle {inner} must be at least 0 and below outerConeAngle {outer}"
+        ));
     }
     // π/2, written with few digits, is often a little too large: no reason to warn.
     if outer > FRAC_PI_2 + 1e-3 {
-        warnings.add(spot.path(), "outerConeAngle is above π/2: moved there");
+        warnings.add(path, "outerConeAngle is above π/2: moved there");
     }
-    let outer = outer.min(FRAC_PI_2) as f32;
-    Ok(((inner as f32).min(outer.next_down()), outer))
+    let outer = outer.min(FRAC_PI_2);
+    Ok((inner.min(outer.next_down()), outer))
 }
 
-/// The camera that `json` describes; `None`, with a warning, where it is none that can be used.
+/// The camera that `json`, at `path`, describes; `None`, with a warning, where it is none that can be used.
 pub(super) fn camera(
-    json: &Json,
+    json: &camera::Camera,
+    path: &str,
     name: String,
     world_from_node: &DAffine3,
     warnings: &mut Warnings,
 ) -> Checked<Option<Camera>> {
-    let kind = json.need("type")?;
-    match kind.as_text()? {
-        "perspective" => {}
-        "orthographic" => {
-            warnings.add(
-                json.path(),
-                "orthographic cameras are not supported: skipped",
-            );
-            return Ok(None);
-        }
-        other => return Err(kind.fault(format_args!("{other} is no camera type"))),
+    if valid(json.type_, format_args!("{path}/type"))? == camera::Type::Orthographic {
+        let what = "orthographic cameras are not supported: skipped";
+        warnings.add(path, what);
+        return Ok(None);
     }
-    let lens = json.need("perspective")?;
-    let yfov = lens.need("yfov")?;
-    let angle = yfov.as_number()? as f32;
-    if !(angle > 0.0 && angle < PI) {
-        return Err(yfov.fault(format_args!("{angle} must be above 0 and below π")));
+    let lens = json.perspective.as_ref();
+    let lens = lens.ok_or_else(|| format!("{path}: lacks \"perspective\""))?;
+    let yfov = lens.yfov;
+    if !(yfov > 0.0 && yfov < PI) {
+        return Err(format!(
+            "{path}/perspective/yfov: {yfov} must be above 0 and below π"
+        ));
     }
-    let aspect = match lens.get("aspectRatio")? {
-        Some(json) => {
-            let aspect = json.as_number()? as f32;
-            if !(aspect.is_normal() && aspect > 0.0) {
-                return Err(json.fault(format_args!("{aspect} must be above 0")));
-            }
-            Some(aspect)
-        }
-        None => None,
-    };
+    let aspect = lens.aspect_ratio;
+    if let Some(aspect) = aspect
+        && !(aspect.is_normal() && aspect > 0.0)
+    {
+        return Err(format!(
+            "{path}/perspective/aspectRatio: {aspect} must be above 0"
+        ));
+    }
     let Some(rotation) = rigid(&world_from_node.matrix3) else {
         let what = "camera skipped: its node has no direction (scaled to zero)";
-        warnings.add(json.path(), what);
+        warnings.add(path, what);
         return Ok(None);
     };
     let world_from_camera = DMat4::from_mat3_translation(rotation, world_from_node.translation);
     Ok(Some(Camera {
         name,
         world_from_camera: world_from_camera.as_mat4(),
-        yfov: angle,
+        yfov,
         aspect,
     }))
 }

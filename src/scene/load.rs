@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use glam::Vec3;
+use gltf::json::{Root, Value};
 
-use super::asset::Asset;
+use super::asset::{self, Asset, Checked};
 use super::container::{self, Resources};
-use super::json::{Checked, Json};
 use super::node::{self, Node};
 use super::texture::Textures;
 use super::warnings::Warnings;
@@ -25,23 +25,28 @@ use crate::{Error, Result};
 pub fn load(path: &Path) -> Result<Scene> {
     let bytes = container::read_main(path).map_err(|error| Error::io(path, error))?;
     let mut resources = Resources::new(path, &bytes);
-    read(&bytes, &mut resources).map_err(|fault| Error::scene(path, fault))
+    let scene = read(&bytes, &mut resources).map_err(|fault| Error::scene(path, fault))?;
+    Ok(Scene {
+        path: path.into(),
+        ..scene
+    })
 }
 
 fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     let (json, bin) = container::split(bytes)?;
-    let json = serde_json::from_slice(json).map_err(|error| format!("JSON: {error}"))?;
-    let root = Json::root(&json);
-    check_version(&root)?;
+    check_version(&json)?;
     let mut warnings = Warnings::default();
-    extensions::check(&root, &mut warnings)?;
-    let buffers = container::buffers(&root, bin, resources)?;
-    let asset = Asset::new(root, &buffers);
+    extensions::check(&json, &mut warnings)?;
+    let animations = json.get("animations").and_then(Value::as_array);
+    let animated = animations.is_some_and(|animations| !animations.is_empty());
+    let root = asset::typed(json)?;
+    let buffers = container::buffers(&root, bin.as_deref(), resources)?;
+    let asset = Asset::new(&root, &buffers);
 
-    let nodes = node::nodes(&asset, &mut warnings)?;
+    let nodes = node::nodes(&root, &mut warnings)?;
     let mut textures = Textures::new(&asset, resources);
     let mut scene = Scene {
-        materials: material::materials(&asset.root, &mut textures, &mut warnings)?,
+        materials: material::materials(&root, &mut textures, &mut warnings)?,
         ..Scene::default()
     };
     scene.textures = textures.textures;
@@ -50,12 +55,12 @@ fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     if scene.triangles.is_empty() {
         return Err("no triangles to render".into());
     }
-    add_lights_and_cameras(&asset, &nodes, &mut scene, &mut warnings)?;
+    add_lights_and_cameras(&root, &nodes, &mut scene, &mut warnings)?;
     if scene.cameras.is_empty() {
         let (low, high) = scene.bounds();
         scene.cameras.push(light_camera::framing(low, high));
     }
-    if !asset.root.items("animations")?.is_empty() {
+    if animated {
         warnings.add("/animations", "not supported: the scene as it stands");
     }
     scene.warnings = warnings.into_lines();
@@ -63,41 +68,49 @@ fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     Ok(scene)
 }
 
-/// glTF 2.0, section 3.2: any 2.x file that does not say it needs more than 2.0.
-fn check_version(root: &Json) -> Checked<()> {
-    let asset = root.need("asset")?;
-    let version = asset.need("version")?;
-    if !version.as_text()?.starts_with("2.") {
-        let here = version.as_text()?;
-        return Err(version.fault(format_args!("glTF {here} is not supported, only 2.0")));
+/// glTF 2.0, section 3.2: any 2.x file that does not say it needs more than 2.0. It looks at the
+/// untyped document, for other versions have other types.
+fn check_version(json: &Value) -> Checked<()> {
+    let text = |key| json.get("asset")?.get(key)?.as_str();
+    let Some(version) = text("version") else {
+        return Err("/asset/version: missing: this is no glTF 2.0 file".into());
+    };
+    if !version.starts_with("2.") {
+        return Err(format!(
+            "/asset/version: glTF {version} is not supported, only 2.0"
+        ));
     }
-    match asset.text("minVersion")? {
+    match text("minVersion") {
         None | Some("2.0") => Ok(()),
-        Some(other) => Err(asset.fault(format_args!("needs glTF {other}; 2.0 is supported"))),
+        Some(other) => Err(format!(
+            "/asset/minVersion: needs glTF {other}; 2.0 is supported"
+        )),
     }
 }
 
-fn add_lights_and_cameras<'a>(
-    asset: &Asset<'a>,
-    nodes: &[Node<'a>],
+fn add_lights_and_cameras(
+    root: &Root,
+    nodes: &[Node],
     scene: &mut Scene,
     warnings: &mut Warnings,
 ) -> Checked<()> {
-    let punctual = asset.root.extension("KHR_lights_punctual")?;
     for node in nodes {
-        if let Some(here) = node.json.extension("KHR_lights_punctual")? {
-            let list = punctual.as_ref().unwrap_or(&asset.root);
-            if let Some((_, light)) = here.refer("light", list, "lights")? {
-                let light = light_camera::light(&light, &node.world_from_node, warnings)?;
-                scene.lights.extend(light);
-            }
+        let (path, place) = (&node.path, &node.world_from_node);
+        let extensions = node.json.extensions.as_ref();
+        if let Some(here) = extensions.and_then(|all| all.khr_lights_punctual.as_ref()) {
+            let at = format_args!("{path}/extensions/KHR_lights_punctual/light");
+            let json = asset::get(root, here.light, at)?;
+            let path = format!("/extensions/KHR_lights_punctual/lights/{}", here.light);
+            scene
+                .lights
+                .extend(light_camera::light(json, &path, place, warnings)?);
         }
-        if let Some((i, camera)) = node.json.refer("camera", &asset.root, "cameras")? {
-            let name = match (camera.text("name")?, node.json.text("name")?) {
-                (Some(name), _) | (None, Some(name)) => name.to_owned(),
-                (None, None) => format!("camera {i}"),
-            };
-            let camera = light_camera::camera(&camera, name, &node.world_from_node, warnings)?;
+        if let Some(index) = node.json.camera {
+            let json = asset::get(root, index, format_args!("{path}/camera"))?;
+            let name = json.name.clone().or_else(|| node.json.name.clone());
+            let name = name.unwrap_or_else(|| format!("camera {index}"));
+            let path = format!("/cameras/{index}");
+            let camera = light_camera::camera(json, &path, name, place, warnings)?;
             scene.cameras.extend(camera);
         }
     }

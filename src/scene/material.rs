@@ -2,127 +2,164 @@
 
 use std::ops::RangeInclusive;
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
+use gltf::json::extensions::material::{Material as Extensions, Volume};
+use gltf::json::material::{AlphaMode, NormalTexture};
+use gltf::json::texture::Info;
+use gltf::json::{self, Root};
 
 use super::Material;
-use super::json::{Checked, Json};
+use super::asset::{Checked, valid};
 use super::texture::Textures;
 use super::warnings::Warnings;
 
 /// Above this a radiometric number [nit, cd, lx] or σ [1/m] would overflow f32 once multiplied.
-pub(super) const MAX_RADIANCE: f64 = 1e20;
+pub(super) const MAX_RADIANCE: f32 = 1e20;
 const MAX_ABSORPTION: f64 = 1e30;
 /// From here on glass reflects 99.6 % at normal incidence. It also stands for KHR_materials_ior's
 /// ior 0, which means "all light is reflected".
-const MAX_IOR: f64 = 1000.0;
+const MAX_IOR: f32 = 1000.0;
 
 /// All materials of the file, in its order.
-pub(super) fn materials<'a>(
-    root: &Json<'a>,
-    textures: &mut Textures<'a, '_>,
+pub(super) fn materials(
+    root: &Root,
+    textures: &mut Textures,
     warnings: &mut Warnings,
 ) -> Checked<Vec<Material>> {
-    root.items("materials")?
-        .iter()
-        .map(|json| material(json, textures, warnings))
+    let materials = root.materials.iter().enumerate();
+    materials
+        .map(|(i, json)| material(json, &format!("/materials/{i}"), textures, warnings))
         .collect()
 }
 
-fn material<'a>(
-    json: &Json<'a>,
-    textures: &mut Textures<'a, '_>,
+fn material(
+    json: &json::Material,
+    path: &str,
+    textures: &mut Textures,
     warnings: &mut Warnings,
 ) -> Checked<Material> {
     let mut material = Material {
-        name: json.text("name")?.unwrap_or_default().to_owned(),
-        double_sided: json.flag("doubleSided")?,
+        name: json.name.clone().unwrap_or_default(),
+        double_sided: json.double_sided,
+        alpha_cutoff: alpha_cutoff(json, path, warnings)?,
         ..Material::default()
     };
-    if let Some(pbr) = json.get("pbrMetallicRoughness")? {
-        let color = factors(&pbr, "baseColorFactor", [1.0; 4], 0.0..=1.0, warnings)?;
-        material.base_color = Vec4::from(color);
-        material.base_color_texture = textures.texture(&pbr, "baseColorTexture", true, warnings)?;
-        material.metallic = factor(&pbr, "metallicFactor", 1.0, 0.0..=1.0, warnings)?;
-        material.roughness = factor(&pbr, "roughnessFactor", 1.0, 0.0..=1.0, warnings)?;
-        material.metallic_roughness_texture =
-            textures.texture(&pbr, "metallicRoughnessTexture", false, warnings)?;
+    metallic_roughness(json, path, &mut material, textures, warnings)?;
+    if let Some(normal) = &json.normal_texture {
+        let info = Some(normal_info(normal, path)?);
+        material.normal_texture =
+            textures.texture(&info, path, "normalTexture", false, warnings)?;
+        let key = "normalTexture/scale";
+        material.normal_scale = factor(normal.scale, -1e6..=1e6, path, key, warnings);
     }
-    if let Some(normal) = json.get("normalTexture")? {
-        material.normal_texture = textures.texture(json, "normalTexture", false, warnings)?;
-        material.normal_scale = factor(&normal, "scale", 1.0, -1e6..=1e6, warnings)?;
+    let emission = json.emissive_factor.0;
+    material.emission = factors(emission, 0.0..=1.0, path, "emissiveFactor", warnings).into();
+    let info = &json.emissive_texture;
+    material.emission_texture = textures.texture(info, path, "emissiveTexture", true, warnings)?;
+    if let Some(extensions) = &json.extensions {
+        extend(extensions, path, &mut material, textures, warnings)?;
     }
-    alpha(json, &mut material, warnings)?;
-    emission(json, &mut material, textures, warnings)?;
-    dielectric(json, &mut material, textures, warnings)?;
     Ok(material)
 }
 
-fn alpha(json: &Json, material: &mut Material, warnings: &mut Warnings) -> Checked<()> {
-    let cutoff = factor(json, "alphaCutoff", 0.5, 0.0..=1e6, warnings)?;
-    let Some(mode) = json.get("alphaMode")? else {
-        return Ok(());
+fn metallic_roughness(
+    json: &json::Material,
+    path: &str,
+    material: &mut Material,
+    textures: &mut Textures,
+    warnings: &mut Warnings,
+) -> Checked<()> {
+    let json = &json.pbr_metallic_roughness;
+    let path = &format!("{path}/pbrMetallicRoughness");
+    let color = json.base_color_factor.0;
+    material.base_color = factors(color, 0.0..=1.0, path, "baseColorFactor", warnings).into();
+    let (metallic, roughness) = (json.metallic_factor.0, json.roughness_factor.0);
+    material.metallic = factor(metallic, 0.0..=1.0, path, "metallicFactor", warnings);
+    material.roughness = factor(roughness, 0.0..=1.0, path, "roughnessFactor", warnings);
+    let (info, key) = (&json.base_color_texture, "baseColorTexture");
+    material.base_color_texture = textures.texture(info, path, key, true, warnings)?;
+    let (info, key) = (&json.metallic_roughness_texture, "metallicRoughnessTexture");
+    material.metallic_roughness_texture = textures.texture(info, path, key, false, warnings)?;
+    Ok(())
+}
+
+/// A normal texture as an ordinary one, because only there the crate knows KHR_texture_transform.
+fn normal_info(normal: &NormalTexture, path: &str) -> Checked<Info> {
+    let extensions = match &normal.extensions {
+        Some(extensions) => serde_json::from_value(extensions.others.clone().into())
+            .map_err(|error| format!("{path}/normalTexture/extensions: {error}"))?,
+        None => None,
     };
-    match mode.as_text()? {
-        "OPAQUE" => {}
-        "MASK" => material.alpha_cutoff = Some(cutoff),
-        "BLEND" => warnings.add(mode.path(), "BLEND is not supported: opaque"),
-        other => return Err(mode.fault(format_args!("{other} is no alpha mode"))),
+    Ok(Info {
+        index: normal.index,
+        tex_coord: normal.tex_coord,
+        extensions,
+        extras: None,
+    })
+}
+
+fn alpha_cutoff(
+    json: &json::Material,
+    path: &str,
+    warnings: &mut Warnings,
+) -> Checked<Option<f32>> {
+    let cutoff = json.alpha_cutoff.unwrap_or_default().0;
+    let cutoff = factor(cutoff, 0.0..=1e6, path, "alphaCutoff", warnings);
+    let path = format_args!("{path}/alphaMode");
+    let mode = valid(json.alpha_mode, path)?;
+    if mode == AlphaMode::Blend {
+        warnings.add(path, "BLEND is not supported: opaque");
     }
-    Ok(())
+    Ok((mode == AlphaMode::Mask).then_some(cutoff))
 }
 
-fn emission<'a>(
-    json: &Json<'a>,
+/// KHR_materials_emissive_strength, _ior, _specular, _transmission and _volume.
+fn extend(
+    extensions: &Extensions,
+    path: &str,
     material: &mut Material,
-    textures: &mut Textures<'a, '_>,
+    textures: &mut Textures,
     warnings: &mut Warnings,
 ) -> Checked<()> {
-    let color = factors(json, "emissiveFactor", [0.0; 3], 0.0..=1.0, warnings)?;
-    let strength = match json.extension("KHR_materials_emissive_strength")? {
-        Some(json) => factor(&json, "emissiveStrength", 1.0, 0.0..=MAX_RADIANCE, warnings)?,
-        None => 1.0,
-    };
-    material.emission = Vec3::from(color) * strength;
-    material.emission_texture = textures.texture(json, "emissiveTexture", true, warnings)?;
-    Ok(())
-}
-
-/// KHR_materials_ior, _specular, _transmission and _volume.
-fn dielectric<'a>(
-    json: &Json<'a>,
-    material: &mut Material,
-    textures: &mut Textures<'a, '_>,
-    warnings: &mut Warnings,
-) -> Checked<()> {
-    if let Some(json) = json.extension("KHR_materials_ior")? {
-        material.ior = match json.number("ior", 1.5)? {
-            0.0 => {
-                let what = "ior 0 (all light is reflected) is approximated by 1000";
-                warnings.add(&format!("{}/ior", json.path()), what);
-                MAX_IOR as f32
-            }
-            _ => factor(&json, "ior", 1.5, 1.0..=MAX_IOR, warnings)?,
+    let path = |name| format!("{path}/extensions/KHR_materials_{name}");
+    if let Some(json) = &extensions.emissive_strength {
+        let (path, strength) = (&path("emissive_strength"), json.emissive_strength.0);
+        let range = 0.0..=MAX_RADIANCE;
+        material.emission *= factor(strength, range, path, "emissiveStrength", warnings);
+    }
+    if let Some(json) = &extensions.ior {
+        let (path, ior) = (&path("ior"), json.ior.0);
+        material.ior = if ior == 0.0 {
+            let what = "ior 0 (all light is reflected) is approximated by 1000";
+            warnings.add(format_args!("{path}/ior"), what);
+            MAX_IOR
+        } else {
+            factor(ior, 1.0..=MAX_IOR, path, "ior", warnings)
         };
     }
-    if let Some(json) = json.extension("KHR_materials_specular")? {
-        material.specular = factor(&json, "specularFactor", 1.0, 0.0..=1.0, warnings)?;
-        material.specular_texture = textures.texture(&json, "specularTexture", false, warnings)?;
-        let color = factors(&json, "specularColorFactor", [1.0; 3], 0.0..=1e6, warnings)?;
-        material.specular_color = Vec3::from(color);
-        material.specular_color_texture =
-            textures.texture(&json, "specularColorTexture", true, warnings)?;
+    if let Some(json) = &extensions.specular {
+        let (path, color) = (&path("specular"), json.specular_color_factor.0);
+        let specular = json.specular_factor.0;
+        material.specular = factor(specular, 0.0..=1.0, path, "specularFactor", warnings);
+        let (info, key) = (&json.specular_texture, "specularTexture");
+        material.specular_texture = textures.texture(info, path, key, false, warnings)?;
+        let color = factors(color, 0.0..=1e6, path, "specularColorFactor", warnings);
+        material.specular_color = color.into();
+        let (info, key) = (&json.specular_color_texture, "specularColorTexture");
+        material.specular_color_texture = textures.texture(info, path, key, true, warnings)?;
     }
-    let transmission = json.extension("KHR_materials_transmission")?;
-    if let Some(json) = &transmission {
-        material.transmission = factor(json, "transmissionFactor", 0.0, 0.0..=1.0, warnings)?;
-        material.transmission_texture =
-            textures.texture(json, "transmissionTexture", false, warnings)?;
+    if let Some(json) = &extensions.transmission {
+        let (path, share) = (&path("transmission"), json.transmission_factor.0);
+        material.transmission = factor(share, 0.0..=1.0, path, "transmissionFactor", warnings);
+        let (info, key) = (&json.transmission_texture, "transmissionTexture");
+        material.transmission_texture = textures.texture(info, path, key, false, warnings)?;
     }
-    if let Some(json) = json.extension("KHR_materials_volume")? {
+    if let Some(json) = &extensions.volume {
         // The thickness itself, and its texture, are for rasterizers; here light crosses the mesh.
-        let thickness = factor(&json, "thicknessFactor", 0.0, 0.0..=f64::MAX, warnings)?;
-        let absorption = absorption(&json, warnings)?;
-        if thickness > 0.0 && transmission.is_some() {
+        let (path, thickness) = (&path("volume"), json.thickness_factor.0);
+        let thickness = factor(thickness, 0.0..=f32::MAX, path, "thicknessFactor", warnings);
+        let absorption = absorption(json, path, warnings);
+        if thickness > 0.0 && extensions.transmission.is_some() {
             material.absorption = Some(absorption);
         }
     }
@@ -130,60 +167,46 @@ fn dielectric<'a>(
 }
 
 /// σ [1/m] of KHR_materials_volume: −ln(attenuationColor) / attenuationDistance.
-fn absorption(json: &Json, warnings: &mut Warnings) -> Checked<Vec3> {
-    let color = factors(json, "attenuationColor", [1.0; 3], 0.0..=1.0, warnings)?;
-    let distance = json.number("attenuationDistance", f64::INFINITY)?;
+fn absorption(json: &Volume, path: &str, warnings: &mut Warnings) -> Vec3 {
+    let color = json.attenuation_color.0;
+    let color = factors(color, 0.0..=1.0, path, "attenuationColor", warnings);
+    let distance = f64::from(json.attenuation_distance.0);
     if distance <= 0.0 {
         let what = "attenuationDistance must be above 0: the least possible is used";
-        warnings.add(json.path(), what);
+        warnings.add(path, what);
     }
     if distance == f64::INFINITY {
-        return Ok(Vec3::ZERO);
+        return Vec3::ZERO;
     }
     // abs() turns the −0 of a white medium into 0.
     let sigma = color.map(|c| -f64::from(c).ln() / distance.max(f64::MIN_POSITIVE));
-    Ok(Vec3::from(sigma.map(|s| s.clamp(0.0, MAX_ABSORPTION) as f32)).abs())
+    Vec3::from(sigma.map(|s| s.clamp(0.0, MAX_ABSORPTION) as f32)).abs()
 }
 
-/// The number `key`, moved into `range` with a warning where it lies outside.
+/// The number `key` of the object at `path`, moved into `range` with a warning where it lies outside.
 pub(super) fn factor(
-    json: &Json,
+    value: f32,
+    range: RangeInclusive<f32>,
+    path: &str,
     key: &str,
-    default: f64,
-    range: RangeInclusive<f64>,
     warnings: &mut Warnings,
-) -> Checked<f32> {
-    let value = json.number(key, default)?;
-    let [value] = clamped([value], json, key, range, warnings);
-    Ok(value)
+) -> f32 {
+    let [value] = factors([value], range, path, key, warnings);
+    value
 }
 
 /// The numbers `key`, each moved into `range`, with one warning where any lies outside.
 pub(super) fn factors<const N: usize>(
-    json: &Json,
+    values: [f32; N],
+    range: RangeInclusive<f32>,
+    path: &str,
     key: &str,
-    default: [f64; N],
-    range: RangeInclusive<f64>,
-    warnings: &mut Warnings,
-) -> Checked<[f32; N]> {
-    let values = json.numbers(key, default)?;
-    Ok(clamped(values, json, key, range, warnings))
-}
-
-fn clamped<const N: usize>(
-    values: [f64; N],
-    json: &Json,
-    key: &str,
-    range: RangeInclusive<f64>,
     warnings: &mut Warnings,
 ) -> [f32; N] {
+    let (low, high) = (*range.start(), *range.end());
     if !values.iter().all(|value| range.contains(value)) {
-        let (low, high) = (range.start(), range.end());
-        let what = format!("not within [{low}, {high:?}]: moved there");
-        warnings.add(&format!("{}/{key}", json.path()), &what);
+        let what = format_args!("not within [{low}, {high:?}]: moved there");
+        warnings.add(format_args!("{path}/{key}"), what);
     }
-    values.map(|value| {
-        let value = value.clamp(*range.start(), *range.end());
-        value.clamp(f32::MIN.into(), f32::MAX.into()) as f32
-    })
+    values.map(|value| value.clamp(low, high))
 }

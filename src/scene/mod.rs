@@ -8,7 +8,6 @@ mod asset;
 mod container;
 mod extensions;
 mod geometry;
-mod json;
 mod light_camera;
 mod load;
 mod material;
@@ -17,6 +16,8 @@ mod primitive;
 mod tangent;
 mod texture;
 mod warnings;
+
+use std::path::PathBuf;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
@@ -37,6 +38,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// What the file asks for and lightfall does not do, each with its JSON path, each once.
     pub warnings: Vec<String>,
+    /// The file, for messages.
+    pub path: PathBuf,
     /// blake3 of all bytes that the scene was read from (the file and what it refers to).
     pub hash: [u8; 32],
 }

@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
+use gltf::json::accessor::{ComponentType, VALID_INDEX_TYPES};
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked::Valid;
 
-use super::accessor::{Accessor, Component};
-use super::asset::Asset;
-use super::json::{Checked, Json};
+use super::accessor::Accessor;
+use super::asset::{Asset, Checked, valid};
 use super::tangent::add_tangents;
 use super::warnings::Warnings;
 use super::{Material, TextureRef};
@@ -23,11 +25,10 @@ pub(super) struct ObjectVertex {
 }
 
 /// Triangles of one material.
-pub(super) struct Primitive {
+#[derive(Default)]
+pub(super) struct Triangles {
     pub vertices: Vec<ObjectVertex>,
     pub triangles: Vec<[u32; 3]>,
-    /// `None`: glTF's default material.
-    pub material: Option<u32>,
 }
 
 /// The accessors of a primitive, opened, and of equal count.
@@ -38,60 +39,64 @@ pub(super) struct Attributes<'a> {
     tangent: Option<Accessor<'a>>,
     uv: [Option<Accessor<'a>>; 2],
     color: Option<Accessor<'a>>,
-    mode: usize,
+    mode: Mode,
 }
 
 impl<'a> Attributes<'a> {
-    /// Opens the primitive's accessors. `None`, with a warning, where there is nothing to draw.
+    /// Opens the accessors of the primitive at `path`. `None`, with a warning, where there is
+    /// nothing to draw.
     pub fn open(
         asset: &Asset<'a>,
-        json: &Json<'a>,
+        json: &Primitive,
+        path: &str,
         warnings: &mut Warnings,
     ) -> Checked<Option<Self>> {
-        let mode = json.index("mode", 4)?;
-        let mode_path = format!("{}/mode", json.path());
-        match mode {
-            0..=3 => {
-                warnings.add(&mode_path, "points and lines are not supported: left out");
+        let mode = valid(json.mode, format_args!("{path}/mode"))?;
+        // In glTF's order: points, kinds of lines, kinds of triangles.
+        if mode.as_gl_enum() < Mode::Triangles.as_gl_enum() {
+            let what = "points and lines are not supported: left out";
+            warnings.add(format_args!("{path}/mode"), what);
+            return Ok(None);
+        }
+        if json.targets.is_some() {
+            let what = "morph targets are not supported: the base shape";
+            warnings.add(format_args!("{path}/targets"), what);
+        }
+        let open = |semantic: Semantic, sizes: &[usize]| {
+            let place = format!("{path}/attributes/{}", semantic.to_string());
+            let Some(&index) = json.attributes.get(&Valid(semantic)) else {
                 return Ok(None);
+            };
+            let accessor = Accessor::open(asset, index, &place)?;
+            if !sizes.contains(&accessor.components) || accessor.component == ComponentType::U32 {
+                return Err(format!("{place}: has a type that glTF does not allow"));
             }
-            4..=6 => {}
-            _ => return Err(format!("{mode_path}: {mode} is no primitive mode")),
-        }
-        if json.get("targets")?.is_some() {
-            let path = format!("{}/targets", json.path());
-            warnings.add(&path, "morph targets are not supported: the base shape");
-        }
-        let list = json.need("attributes")?;
-        let open = |name: &str, sizes: &[usize]| {
-            let accessor = Accessor::open(asset, &list, name)?;
-            if let Some(accessor) = &accessor
-                && (!sizes.contains(&accessor.components) || accessor.component == Component::U32)
-            {
-                return Err(list.fault(format_args!("{name} has a type that glTF does not allow")));
-            }
-            Ok(accessor)
+            Ok(Some(accessor))
         };
-        let Some(position) = open("POSITION", &[3])? else {
-            warnings.add(list.path(), "lacks POSITION: left out");
+        let Some(position) = open(Semantic::Positions, &[3])? else {
+            let what = "lacks POSITION: left out";
+            warnings.add(format_args!("{path}/attributes"), what);
             return Ok(None);
         };
-        let indices = Accessor::open(asset, json, "indices")?;
+        let indices = json
+            .indices
+            .map(|index| Accessor::open(asset, index, &format!("{path}/indices")));
+        let indices = indices.transpose()?;
         if let Some(indices) = &indices
             && (indices.components != 1
-                || !matches!(
-                    indices.component,
-                    Component::U8 | Component::U16 | Component::U32
-                ))
+                || !VALID_INDEX_TYPES.contains(&indices.component.as_gl_enum()))
         {
-            return Err(json.fault("indices must be unsigned integers"));
+            return Err(format!("{path}/indices: must be unsigned integers"));
         }
         let attributes = Self {
             indices,
-            normal: open("NORMAL", &[3])?,
-            tangent: open("TANGENT", &[4])?,
-            uv: [open("TEXCOORD_0", &[2])?, open("TEXCOORD_1", &[2])?],
-            color: open("COLOR_0", &[3, 4])?,
+            normal: open(Semantic::Normals, &[3])?,
+            tangent: open(Semantic::Tangents, &[4])?,
+            uv: [
+                open(Semantic::TexCoords(0), &[2])?,
+                open(Semantic::TexCoords(1), &[2])?,
+            ],
+            color: open(Semantic::Colors(0), &[3, 4])?,
             position,
             mode,
         };
@@ -99,14 +104,12 @@ impl<'a> Attributes<'a> {
         let others = [&attributes.normal, &attributes.tangent, uv_0, uv_1];
         for other in others.into_iter().chain([&attributes.color]).flatten() {
             if other.count != attributes.position.count {
-                return Err(list.fault("attributes have different counts"));
+                return Err(format!("{path}/attributes: have different counts"));
             }
         }
-        if mode == 4 && !attributes.corners().is_multiple_of(3) {
-            return Err(json.fault(format_args!(
-                "{} indices are not whole triangles",
-                attributes.corners()
-            )));
+        if mode == Mode::Triangles && !attributes.corners().is_multiple_of(3) {
+            let corners = attributes.corners();
+            return Err(format!("{path}: {corners} indices are not whole triangles"));
         }
         Ok(Some(attributes))
     }
@@ -115,7 +118,7 @@ impl<'a> Attributes<'a> {
     pub fn corners(&self) -> usize {
         let indices = self.indices.as_ref().unwrap_or(&self.position).count;
         match self.mode {
-            4 => indices,
+            Mode::Triangles => indices,
             _ => indices.saturating_sub(2) * 3,
         }
     }
@@ -123,8 +126,8 @@ impl<'a> Attributes<'a> {
     /// The indices of triangle `t`; glTF 2.0, section 3.7.2.1.
     fn triangle(&self, t: usize) -> [u32; 3] {
         let corners = match self.mode {
-            5 => [t, t + 1 + t % 2, t + 2 - t % 2],
-            6 => [t + 1, t + 2, 0],
+            Mode::TriangleStrip => [t, t + 1 + t % 2, t + 2 - t % 2],
+            Mode::TriangleFan => [t + 1, t + 2, 0],
             _ => [3 * t, 3 * t + 1, 3 * t + 2],
         };
         match &self.indices {
@@ -150,20 +153,16 @@ fn vec3([x, y, z, _]: [f32; 4]) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-/// Reads the primitive `json`, whose attributes were opened, for the materials of the file.
-pub(super) fn read<'a>(
-    json: &Json<'a>,
-    attributes: &Attributes<'a>,
-    root: &Json<'a>,
+/// Reads the primitive at `path`, whose attributes were opened. `material` is its place among the
+/// `materials` of the file; `None`: glTF's default material.
+pub(super) fn read(
+    attributes: &Attributes,
+    material: Option<usize>,
+    path: &str,
     materials: &[Material],
     warnings: &mut Warnings,
-) -> Checked<Primitive> {
-    let material = json.refer("material", root, "materials")?.map(|(i, _)| i);
-    let mut primitive = Primitive {
-        vertices: Vec::new(),
-        triangles: Vec::new(),
-        material: material.map(|i| i as u32),
-    };
+) -> Checked<Triangles> {
+    let mut primitive = Triangles::default();
     // Only what the indices name is read: files share one large accessor among many primitives.
     let mut vertex_of = HashMap::new();
     for t in 0..attributes.corners() / 3 {
@@ -171,9 +170,9 @@ pub(super) fn read<'a>(
         for i in triangle {
             if i as usize >= attributes.position.count {
                 let count = attributes.position.count;
-                return Err(json.fault(format_args!(
-                    "index {i} is out of range: there are {count} vertices"
-                )));
+                return Err(format!(
+                    "{path}: index {i} is out of range: there are {count} vertices"
+                ));
             }
         }
         primitive.triangles.push(triangle.map(|i| {
@@ -183,11 +182,11 @@ pub(super) fn read<'a>(
             })
         }));
     }
-    repair_numbers(&mut primitive, json, warnings)?;
+    repair_numbers(&mut primitive, path, warnings)?;
     complete_normals(&mut primitive);
     let material = material.and_then(|i| materials.get(i));
     if let Some(material) = material {
-        require_uvs(material, attributes, json, warnings);
+        require_uvs(material, attributes, path, warnings);
     }
     match material.and_then(|material| material.normal_texture) {
         None => {
@@ -195,17 +194,17 @@ pub(super) fn read<'a>(
                 vertex.tangent_o = Vec4::ZERO;
             }
         }
-        Some(texture) => add_tangents(&mut primitive, &texture, json.path(), warnings),
+        Some(texture) => add_tangents(&mut primitive, &texture, path, warnings),
     }
     Ok(primitive)
 }
 
 /// Refuses positions that are no numbers; other such data becomes neutral, with a warning.
-fn repair_numbers(primitive: &mut Primitive, json: &Json, warnings: &mut Warnings) -> Checked<()> {
+fn repair_numbers(primitive: &mut Triangles, path: &str, warnings: &mut Warnings) -> Checked<()> {
     let mut repaired = [false; 2];
     for vertex in &mut primitive.vertices {
         if !vertex.position_o.is_finite() {
-            return Err(json.fault("a POSITION is not finite"));
+            return Err(format!("{path}: a POSITION is not finite"));
         }
         for uv in &mut vertex.uv {
             // Texture coordinates beyond this have no fraction left in f32.
@@ -228,7 +227,7 @@ fn repair_numbers(primitive: &mut Primitive, json: &Json, warnings: &mut Warning
     ];
     for (what, repaired) in what.iter().zip(repaired) {
         if repaired {
-            warnings.add(json.path(), what);
+            warnings.add(path, what);
         }
     }
     Ok(())
@@ -236,7 +235,7 @@ fn repair_numbers(primitive: &mut Primitive, json: &Json, warnings: &mut Warning
 
 /// Makes every normal a unit vector. Where the file has none, or none of any use, the vertices of
 /// different triangles part and get the face normals (glTF 2.0, section 3.7.2.1: flat normals).
-fn complete_normals(primitive: &mut Primitive) {
+fn complete_normals(primitive: &mut Triangles) {
     let vertices = &mut primitive.vertices;
     let mut flat = Vec::new();
     for vertex in vertices.iter_mut() {
@@ -275,12 +274,12 @@ pub(super) fn face_normal(corners: [Vec3; 3]) -> Option<Vec3> {
 }
 
 /// Warns where the material needs texture coordinates that the primitive lacks.
-fn require_uvs(material: &Material, attributes: &Attributes, json: &Json, warnings: &mut Warnings) {
+fn require_uvs(material: &Material, attributes: &Attributes, path: &str, warnings: &mut Warnings) {
     for set in 0..2 {
         let needed = textures(material).any(|texture| texture.uv_set == set);
         if needed && attributes.uv[set as usize].is_none() {
             let what = format!("lacks TEXCOORD_{set}, which its material needs: (0, 0) is used");
-            warnings.add(&format!("{}/attributes", json.path()), &what);
+            warnings.add(format_args!("{path}/attributes"), what);
         }
     }
 }

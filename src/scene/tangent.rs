@@ -6,7 +6,7 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::TextureRef;
-use super::primitive::Primitive;
+use super::primitive::Triangles;
 use super::warnings::Warnings;
 
 /// Triangles around one point that MikkTSpace is asked to handle: it recurses over them, and its
@@ -15,7 +15,7 @@ const MAX_VALENCE: u32 = 1024;
 
 /// Gives every vertex a unit tangent with handedness, splitting vertices where it differs.
 pub(super) fn add_tangents(
-    primitive: &mut Primitive,
+    primitive: &mut Triangles,
     texture: &TextureRef,
     path: &str,
     warnings: &mut Warnings,
@@ -57,7 +57,7 @@ pub(super) fn add_tangents(
 }
 
 /// The most triangle corners at one position.
-fn valence(primitive: &Primitive) -> u32 {
+fn valence(primitive: &Triangles) -> u32 {
     let mut counts = HashMap::new();
     for i in primitive.triangles.iter().flatten() {
         // Adding 0 makes −0 equal to 0, as it is for MikkTSpace.
@@ -71,7 +71,7 @@ fn valence(primitive: &Primitive) -> u32 {
 
 /// A primitive as MikkTSpace sees it, with one tangent for each corner.
 struct Corners<'a> {
-    primitive: &'a Primitive,
+    primitive: &'a Triangles,
     uvs: Vec<[Vec2; 3]>,
     tangents: Vec<[Vec4; 3]>,
 }
@@ -138,7 +138,7 @@ pub(super) fn unit(tangent: Vec3, normal: Vec3) -> Vec3 {
 }
 
 /// Gives the corners their tangents; those of one vertex with equal tangents stay one vertex.
-fn weld(primitive: &mut Primitive, tangents: &[[Vec4; 3]]) {
+fn weld(primitive: &mut Triangles, tangents: &[[Vec4; 3]]) {
     let mut vertices = Vec::new();
     let mut index_of = HashMap::new();
     for (triangle, tangents) in primitive.triangles.iter_mut().zip(tangents) {

@@ -4,11 +4,14 @@ use std::collections::HashMap;
 use std::io::Cursor;
 
 use glam::Vec3;
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::texture::{Info, MagFilter, Sampler, WrappingMode};
+use gltf::json::validation::Checked::Valid;
+use gltf::json::{self, Index};
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 
-use super::asset::Asset;
+use super::asset::{Asset, Checked, get, valid};
 use super::container::Resources;
-use super::json::{Checked, Json};
 use super::warnings::Warnings;
 use super::{Image, Texture, TextureRef, Wrap};
 
@@ -42,96 +45,87 @@ impl<'a, 'b> Textures<'a, 'b> {
         }
     }
 
-    /// The textureInfo in member `key` of `owner`. `None` where there is none, and, with a warning,
-    /// where its image cannot be had: that equals a white texture, or a flat normal map.
+    /// The reference `info`, member `key` of the object at `path`. `None` where there is none, and,
+    /// with a warning, where its image cannot be had: that equals a white texture, or a flat normal
+    /// map.
     pub fn texture(
         &mut self,
-        owner: &Json<'a>,
+        info: &Option<Info>,
+        path: &str,
         key: &str,
         srgb: bool,
         warnings: &mut Warnings,
     ) -> Checked<Option<TextureRef>> {
-        let Some(info) = owner.get(key)? else {
+        let Some(info) = info else {
             return Ok(None);
         };
-        let (i, texture) = info
-            .refer("index", &self.asset.root, "textures")?
-            .ok_or_else(|| info.fault("lacks \"index\""))?;
-        let transform = info.extension("KHR_texture_transform")?;
-        let mut uv_set = info.index("texCoord", 0)?;
-        if let Some(transform) = &transform {
-            uv_set = transform.index("texCoord", uv_set)?;
-        }
+        let (root, at) = (self.asset.root, format_args!("{path}/{key}/index"));
+        let json = get(root, info.index, at)?;
+        let extensions = info.extensions.as_ref();
+        let transform = extensions.and_then(|all| all.texture_transform.as_ref());
+        let moved = transform.and_then(|transform| transform.tex_coord);
+        let mut uv_set = moved.unwrap_or(info.tex_coord);
         if uv_set > 1 {
-            warnings.add(
-                info.path(),
-                "uses a TEXCOORD beyond 1, which is not supported: TEXCOORD_0 is used",
-            );
+            let what = "uses a TEXCOORD beyond 1, which is not supported: TEXCOORD_0 is used";
+            warnings.add(format_args!("{path}/{key}"), what);
             uv_set = 0;
         }
-        let loaded = match self.texture_index.get(&(i, srgb)) {
+        let key = (info.index.value(), srgb);
+        let loaded = match self.texture_index.get(&key) {
             Some(loaded) => *loaded,
             None => {
-                let loaded = self.load(&texture, srgb, warnings)?;
-                self.texture_index.insert((i, srgb), loaded);
+                let path = format!("/textures/{}", info.index);
+                let loaded = self.load(json, &path, srgb, warnings)?;
+                self.texture_index.insert(key, loaded);
                 loaded
             }
         };
-        Ok(match loaded {
-            Some(texture) => Some(TextureRef {
-                texture,
-                uv_set: uv_set as u32,
-                transform: uv_transform(transform.as_ref())?,
-            }),
-            None => None,
-        })
+        Ok(loaded.map(|texture| TextureRef {
+            texture,
+            uv_set,
+            transform: transform.map_or([Vec3::X, Vec3::Y], uv_transform),
+        }))
     }
 
     fn load(
         &mut self,
-        json: &Json<'a>,
+        json: &json::Texture,
+        path: &str,
         srgb: bool,
         warnings: &mut Warnings,
     ) -> Checked<Option<u32>> {
-        let root = &self.asset.root;
-        let webp = match json.extension("EXT_texture_webp")? {
-            Some(webp) => webp.refer("source", root, "images")?,
-            None => None,
-        };
-        let Some((i, image)) = webp.map_or_else(
-            || json.refer("source", root, "images"),
-            |webp| Ok(Some(webp)),
-        )?
-        else {
-            warnings.add(json.path(), "has no image that can be read: left out");
+        let root = self.asset.root;
+        let Some((index, at)) = source(json, path)? else {
+            warnings.add(path, "has no image that can be read: left out");
             return Ok(None);
         };
-        let sampler = match json.refer("sampler", root, "samplers")? {
-            Some((_, sampler)) => sampler_of(&sampler)?,
+        let image = get(root, index, at)?;
+        let (wrap, nearest) = match json.sampler {
+            Some(index) => {
+                let sampler = get(root, index, format_args!("{path}/sampler"))?;
+                sampler_of(sampler, &format!("/samplers/{index}"))?
+            }
             None => ([Wrap::Repeat; 2], false),
         };
-        let index = match self.image_index.get(&i) {
-            Some(index) => *index,
+        let loaded = match self.image_index.get(&index.value()) {
+            Some(loaded) => *loaded,
             None => {
-                let index = match self.image(&image) {
+                let path = format!("/images/{index}");
+                let loaded = match self.image(image, &path) {
                     Ok(image) => {
                         self.images.push(image);
                         Some(self.images.len() as u32 - 1)
                     }
                     Err(fault) => {
-                        // The fault may name the path itself.
-                        let prefix = format!("{}/uri: ", image.path());
-                        let fault = fault.strip_prefix(&prefix).unwrap_or(&fault);
-                        warnings.add(image.path(), &format!("texture left out: {fault}"));
+                        warnings.add(path, format_args!("texture left out: {fault}"));
                         None
                     }
                 };
-                self.image_index.insert(i, index);
-                index
+                self.image_index.insert(index.value(), loaded);
+                loaded
             }
         };
-        Ok(index.map(|image| {
-            let (wrap, nearest) = sampler;
+        Ok(loaded.map(|image| {
             self.textures.push(Texture {
                 image,
                 wrap,
@@ -142,10 +136,10 @@ impl<'a, 'b> Textures<'a, 'b> {
         }))
     }
 
-    fn image(&mut self, json: &Json<'a>) -> Checked<Image> {
-        let image = match (json.get("uri")?, self.asset.view(json)?) {
-            (Some(uri), _) => decode(&self.resources.fetch(&uri)?, self.bytes_left)?,
-            (None, Some((bytes, _))) => decode(bytes, self.bytes_left)?,
+    fn image(&mut self, json: &json::Image, path: &str) -> Checked<Image> {
+        let image = match (&json.uri, json.buffer_view) {
+            (Some(uri), _) => decode(&self.resources.fetch(uri)?, self.bytes_left)?,
+            (None, Some(view)) => decode(self.asset.view(view, path)?.1, self.bytes_left)?,
             (None, None) => return Err("has neither uri nor bufferView".into()),
         };
         self.bytes_left -= image.rgba.len() as u64;
@@ -153,30 +147,45 @@ impl<'a, 'b> Textures<'a, 'b> {
     }
 }
 
-/// KHR_texture_transform: offset · rotation · scale, counter-clockwise on the image, whose v points
-/// down. The direction follows the extension's example "lower left quadrant, rotated clockwise".
-fn uv_transform(json: Option<&Json>) -> Checked<[Vec3; 2]> {
-    let Some(json) = json else {
-        return Ok([Vec3::X, Vec3::Y]);
-    };
-    let [u, v] = json.numbers("offset", [0.0; 2])?;
-    let [su, sv] = json.numbers("scale", [1.0; 2])?;
-    let (sin, cos) = json.number("rotation", 0.0)?.sin_cos();
-    // Beyond this a texture coordinate in f32 has no fraction left.
-    let row = |row: [f64; 3]| Vec3::from(row.map(|x| x.clamp(-1e6, 1e6) as f32));
-    Ok([row([cos * su, sin * sv, u]), row([-sin * su, cos * sv, v])])
+/// The image of a texture and where it is named: EXT_texture_webp's, which the crate does not know,
+/// else the texture's own. The crate gives `u32::MAX` where there is none.
+fn source(texture: &json::Texture, path: &str) -> Checked<Option<(Index<json::Image>, String)>> {
+    let extensions = texture.extensions.as_ref();
+    let webp = extensions.and_then(|all| all.others.get("EXT_texture_webp")?.get("source"));
+    if let Some(webp) = webp {
+        let path = format!("{path}/extensions/EXT_texture_webp/source");
+        let index = webp.as_u64().and_then(|i| u32::try_from(i).ok());
+        let index = index.ok_or_else(|| format!("{path}: must be an index"))?;
+        return Ok(Some((Index::new(index), path)));
+    }
+    let none = texture.source.value() == u32::MAX as usize;
+    Ok((!none).then(|| (texture.source, format!("{path}/source"))))
 }
 
-fn sampler_of(json: &Json) -> Checked<([Wrap; 2], bool)> {
-    let wrap = |key| match json.index(key, 10497)? {
-        10497 => Ok(Wrap::Repeat),
-        33071 => Ok(Wrap::Clamp),
-        33648 => Ok(Wrap::Mirror),
-        other => Err(json.fault(format_args!("{key} {other} is no wrap mode"))),
+/// KHR_texture_transform: offset · rotation · scale, counter-clockwise on the image, whose v points
+/// down. The direction follows the extension's example "lower left quadrant, rotated clockwise".
+fn uv_transform(json: &TextureTransform) -> [Vec3; 2] {
+    // A number in the file may exceed f32; infinities would become NaN.
+    let finite = |x: f32| f64::from(x.clamp(f32::MIN, f32::MAX));
+    let [u, v] = json.offset.0.map(finite);
+    let [su, sv] = json.scale.0.map(finite);
+    let (sin, cos) = finite(json.rotation.0).sin_cos();
+    // Beyond this a texture coordinate in f32 has no fraction left.
+    let row = |row: [f64; 3]| Vec3::from(row.map(|x| x.clamp(-1e6, 1e6) as f32));
+    [row([cos * su, sin * sv, u]), row([-sin * su, cos * sv, v])]
+}
+
+fn sampler_of(json: &Sampler, path: &str) -> Checked<([Wrap; 2], bool)> {
+    let wrap = |mode, key| {
+        Checked::Ok(match valid(mode, format_args!("{path}/{key}"))? {
+            WrappingMode::Repeat => Wrap::Repeat,
+            WrappingMode::ClampToEdge => Wrap::Clamp,
+            WrappingMode::MirroredRepeat => Wrap::Mirror,
+        })
     };
     Ok((
-        [wrap("wrapS")?, wrap("wrapT")?],
-        json.index("magFilter", 9729)? == 9728,
+        [wrap(json.wrap_s, "wrapS")?, wrap(json.wrap_t, "wrapT")?],
+        json.mag_filter == Some(Valid(MagFilter::Nearest)),
     ))
 }
 

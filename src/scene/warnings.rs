@@ -1,6 +1,7 @@
 //! What the file asks for and does not get.
 
 use std::collections::HashMap;
+use std::fmt::Display;
 
 /// Warnings in the order found. A file with a million equal faults gets a few lines and a count.
 #[derive(Debug, Default)]
@@ -14,11 +15,13 @@ const SAME: usize = 32;
 
 impl Warnings {
     /// Notes that at JSON path `path`, `what` is the case. Call it once for each path.
-    pub fn add(&mut self, path: &str, what: &str) {
-        let count = self.counts.entry(what.to_owned()).or_default();
+    pub fn add(&mut self, path: impl Display, what: impl Display) {
+        let what = what.to_string();
+        let line = format!("{path}: {what}");
+        let count = self.counts.entry(what).or_default();
         *count += 1;
         if *count <= SAME {
-            self.lines.push(format!("{path}: {what}"));
+            self.lines.push(line);
         }
     }
 

@@ -5,7 +5,6 @@ use crate::shared::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, 
 use crate::{Error, Result};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
-use std::path::Path;
 
 /// Emissive triangles by their place in `order`, then lights without area.
 pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
@@ -46,7 +45,7 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     }
     if lights.is_empty() {
         return Err(Error::scene(
-            Path::new("scene"),
+            &scene.path,
             "nothing emits light: give a material emissiveFactor, or add a light (KHR_lights_punctual)",
         ));
     }
@@ -202,6 +201,19 @@ fn alias_table(lights: &mut [Light], weights: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_dark_scene_is_named() {
+        let scene = Scene {
+            path: "dark.glb".into(),
+            ..Scene::default()
+        };
+        let fault = lights(&scene, &[]).unwrap_err().to_string();
+        assert!(
+            fault.starts_with("dark.glb: nothing emits light"),
+            "{fault}"
+        );
+    }
 
     #[test]
     fn alias_table_chooses_in_proportion() {

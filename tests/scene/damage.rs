@@ -112,6 +112,91 @@ fn external_files_stay_in_the_folder() {
 }
 
 #[test]
+fn glb_lengths_are_checked() {
+    let whole = Document::triangle().glb();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.glb");
+    let load = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        scene::load(&path)
+    };
+    let length = whole.len() as u32;
+    for length in [0, 11, 12, 19, length - 1, length + 1, u32::MAX] {
+        let mut bytes = whole.clone();
+        bytes[8..12].copy_from_slice(&length.to_le_bytes());
+        let fault = load(&bytes).expect_err("must be refused").to_string();
+        assert!(fault.contains("scene.glb: GLB: "), "{length}: {fault}");
+    }
+    // What follows the length is not part of the GLB.
+    let scene = load(&[&whole[..], b"tail"].concat()).unwrap();
+    assert_eq!(scene.path, path);
+    assert_eq!(scene.triangles.len(), 1);
+}
+
+#[test]
+fn references_and_names_are_checked_where_they_are_used() {
+    type Damage = fn(&mut Value);
+    let cases: [(&str, Damage); 7] = [
+        ("/nodes/0/mesh: is 7, but the file has 1", |json| {
+            json["nodes"][0]["mesh"] = json!(7)
+        }),
+        (
+            "/meshes/0/primitives/0/attributes/POSITION: is 7,",
+            |json| {
+                json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(7);
+            },
+        ),
+        ("/meshes/0/primitives/0/material: is 7,", |json| {
+            json["meshes"][0]["primitives"][0]["material"] = json!(7);
+        }),
+        ("/meshes/0/primitives/0/mode: ", |json| {
+            json["meshes"][0]["primitives"][0]["mode"] = json!(7);
+        }),
+        ("/accessors/0/bufferView: is 7,", |json| {
+            json["accessors"][0]["bufferView"] = json!(7)
+        }),
+        ("/accessors/0/componentType: ", |json| {
+            json["accessors"][0]["componentType"] = json!(5124);
+        }),
+        ("/bufferViews/0/buffer: is 7,", |json| {
+            json["bufferViews"][0]["buffer"] = json!(7)
+        }),
+    ];
+    for (expected, damage) in cases {
+        let mut document = Document::triangle();
+        damage(&mut document.json);
+        let fault = document.fault();
+        assert!(fault.contains(expected), "{fault}");
+    }
+}
+
+#[test]
+fn numbers_beyond_f32_do_no_harm() {
+    let mut document = Document::square(true);
+    let view = document.view(&png([1, 2, 3, 255]));
+    document.json["images"] = json!([{"bufferView": view}]);
+    document.json["textures"] = json!([{"source": 0}]);
+    let transform = json!({"offset": [1e300, -1e300], "rotation": 1e300, "scale": [1e300, 0]});
+    let info = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
+    document.material(json!({"normalTexture": info,
+        "pbrMetallicRoughness": {"baseColorTexture": info, "baseColorFactor": [1e300, 0, 0, 1]}}));
+    document.lamp(json!({"type": "point", "intensity": 1e300, "color": [0, 1, -1e300]}));
+    let scene = document.load();
+    let material = &scene.materials[0];
+    assert_eq!(material.base_color.x, 1.0);
+    // The crate types this extension in one of the two only.
+    let (color, normal) = (material.base_color_texture, material.normal_texture);
+    assert_eq!(color.unwrap().transform, normal.unwrap().transform);
+    assert!(color.unwrap().transform.iter().all(|row| row.is_finite()));
+    let lightfall::scene::Light::Point { intensity, .. } = scene.lights[0] else {
+        panic!()
+    };
+    assert_eq!(intensity, glam::Vec3::new(0., 1e20, 0.));
+    document.json["nodes"][0]["scale"] = json!([1e300, 1, 1]);
+    assert!(document.fault().contains("/nodes/0: "));
+}
+
+#[test]
 fn the_hash_covers_external_files() {
     let mut document = Document::triangle();
     let hash = |document: &Document| {

@@ -64,6 +64,9 @@ fn the_default_scene_is_used_else_the_first() {
         document.load().bounds(),
         (Vec3::new(0., 0., 5.), Vec3::new(1., 1., 5.))
     );
+    // A scene may lack nodes: here nobody asks for it.
+    document.json["scenes"][0] = json!({"name": "empty"});
+    assert_eq!(document.load().bounds().0.z, 5.0);
     document.json["scene"] = json!(2);
     assert!(document.fault().contains("/scene: "));
 }
@@ -133,13 +136,18 @@ fn cameras_are_rigid() {
     assert!(scene.warnings[0].starts_with("/cameras/1: "));
 
     for lens in [
-        json!({"yfov": 0}),
-        json!({"yfov": 4}),
-        json!({}),
-        json!({"yfov": 1, "aspectRatio": -1}),
+        json!({"yfov": 0, "znear": 1}),
+        json!({"yfov": 4, "znear": 1}),
+        json!({"znear": 1}),
+        json!({"yfov": 1, "znear": 1, "aspectRatio": -1}),
     ] {
         document.json["cameras"][0]["perspective"] = lens;
-        assert!(document.fault().contains("/cameras/0/perspective"));
+        let fault = document.fault();
+        assert!(fault.contains("/cameras/0/perspective"), "{fault}");
+        assert!(
+            fault.contains("yfov") || fault.contains("aspectRatio"),
+            "{fault}"
+        );
     }
 }
 
