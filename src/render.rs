@@ -267,6 +267,11 @@ impl Renderer {
         Ok(())
     }
 
+    /// What lies on the device, for measurements.
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
     /// Iterations in the picture.
     pub fn iterations(&self) -> u64 {
         self.iterations

@@ -46,6 +46,8 @@ shaders! {
     "rtpm.tree" "rtpm/tree.comp" [],
     "rtpm.gather.software" "rtpm/gather.comp" [],
     "rtpm.gather.query" "rtpm/gather.comp" ["TRACE_QUERY"],
+    "bench.rays.software" "bench/rays.comp" [],
+    "bench.rays.query" "bench/rays.comp" ["TRACE_QUERY"],
     "doctor.addresses" "doctor/addresses.comp" [],
     "doctor.boxes" "doctor/boxes.comp" [],
 }

@@ -486,4 +486,22 @@ shared_structs! {
         pixels: Ptr<FramePixel>,
         film: Ptr<FilmPixel>,
     }
+
+    /// What `bench.rays` traces.
+    struct Ray {
+        origin_w: [f32; 3],
+        /// Unit length.
+        direction_w: [f32; 3],
+        /// Where a shadow ray ends [m].
+        distance_w: f32,
+    }
+
+    struct BenchRaysPush {
+        world: Ptr<World>,
+        rays: Ptr<Ray>,
+        met: Ptr<u32>,
+        count: u32,
+        /// 1: ask only whether something is in the way.
+        shadow: u32,
+    }
 }

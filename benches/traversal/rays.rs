@@ -1,0 +1,172 @@
+//! Scene rays: camera rays, one diffuse bounce, shadow rays.
+
+use crate::room::{LAMP, room};
+use crate::{RUNS, median};
+use glam::{Quat, Vec3, vec3};
+use lightfall::Result;
+use lightfall::gpu::{Buffer, Gpu, Pass};
+use lightfall::scene::Scene;
+use lightfall::settings::Trace;
+use lightfall::shaders::spirv;
+use lightfall::shared::{BenchRaysPush, NONE, Ray};
+use lightfall::view::camera_frame;
+use lightfall::world::World;
+use std::f32::consts::TAU;
+
+const EDGE: u32 = 512;
+
+/// A traversal with its own copy of the scene.
+struct Tracer {
+    world: World,
+    pass: Pass,
+    met: Buffer<u32>,
+}
+
+pub fn run(gpu: &Gpu) -> Result<()> {
+    println!(
+        "| rays, 512 × 512 | triangles | software [Mrays/s] | ray query [Mrays/s] | ratio | of these hits differ |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for (balls, splits) in [(8, 3), (15, 5)] {
+        let scene = room(balls, splits);
+        let tracers = [
+            tracer(gpu, &scene, Trace::Software, "software")?,
+            tracer(gpu, &scene, Trace::Query, "query")?,
+        ];
+        let camera = camera_rays(&scene);
+        let met = tracers[0]
+            .trace(gpu, &gpu.upload("rays", &camera)?, false)?
+            .1;
+        let (bounced, shadow) = from_hits(&scene, &camera, &met);
+        for (name, rays, shadow) in [
+            ("camera", &camera, false),
+            ("one bounce", &bounced, false),
+            ("shadow", &shadow, true),
+        ] {
+            let rays = gpu.upload("rays", rays)?;
+            let mut ms = [Vec::new(), Vec::new()];
+            let mut met = [Vec::new(), Vec::new()];
+            for run in 0..=RUNS {
+                for (i, tracer) in tracers.iter().enumerate() {
+                    let (time, hits) = tracer.trace(gpu, &rays, shadow)?;
+                    met[i] = hits;
+                    if run > 0 {
+                        ms[i].push(time);
+                    }
+                }
+            }
+            let differ = met[0].iter().zip(&met[1]).filter(|(a, b)| a != b).count();
+            let [software, query] = ms
+                .each_mut()
+                .map(|ms| rays.len() as f64 / median(ms) * 1e-3);
+            let ratio = software / query;
+            println!(
+                "| {name} | {} | {software:.2} | {query:.2} | **{ratio:.2}** | {differ} |",
+                scene.triangles.len()
+            );
+        }
+    }
+    println!();
+    Ok(())
+}
+
+fn tracer(gpu: &Gpu, scene: &Scene, trace: Trace, variant: &str) -> Result<Tracer> {
+    let world = World::new(gpu, scene, trace)?;
+    let code = spirv(&format!("bench.rays.{variant}"))?;
+    Ok(Tracer {
+        pass: gpu.pass("rays", code, &[world.features, world.stack_size], None)?,
+        met: gpu.buffer("met", (EDGE * EDGE) as usize)?,
+        world,
+    })
+}
+
+impl Tracer {
+    /// Milliseconds on the device, and what was met.
+    fn trace(&self, gpu: &Gpu, rays: &Buffer<Ray>, shadow: bool) -> Result<(f64, Vec<u32>)> {
+        let push = BenchRaysPush {
+            world: self.world.world.ptr(),
+            rays: rays.ptr(),
+            met: self.met.ptr(),
+            count: rays.len() as u32,
+            shadow: u32::from(shadow),
+        };
+        let mut commands = gpu.commands()?;
+        commands.dispatch(&self.pass, &push, rays.len());
+        let ms = commands.submit()?.iter().map(|(_, ms)| ms).sum();
+        Ok((ms, gpu.read(&self.met, 0..rays.len())?))
+    }
+}
+
+/// Through pixel centres, in tiles of 8 × 8 as the view pass goes.
+fn camera_rays(scene: &Scene) -> Vec<Ray> {
+    let frame = camera_frame(&scene.cameras[0], [EDGE; 2]);
+    let [origin, right, up, forward] = [
+        frame.camera_position_w,
+        frame.camera_right_w,
+        frame.camera_up_w,
+        frame.camera_forward_w,
+    ]
+    .map(Vec3::from);
+    let at = |pixel: u32| (pixel as f32 + 0.5) / EDGE as f32 * 2.0 - 1.0;
+    (0..EDGE * EDGE)
+        .map(|i| {
+            let (tile, within) = (i / 64, i % 64);
+            let (x, y) = (
+                tile % (EDGE / 8) * 8 + within % 8,
+                tile / (EDGE / 8) * 8 + within / 8,
+            );
+            ray(origin, forward + at(x) * right - at(y) * up, f32::MAX)
+        })
+        .collect()
+}
+
+fn ray(origin: Vec3, direction: Vec3, distance_w: f32) -> Ray {
+    Ray {
+        origin_w: origin.into(),
+        direction_w: direction.normalize().into(),
+        distance_w,
+    }
+}
+
+/// From where camera rays hit: a cosine-distributed direction each, and a point on the lamp each.
+fn from_hits(scene: &Scene, camera: &[Ray], met: &[u32]) -> (Vec<Ray>, Vec<Ray>) {
+    let mut random = Random(1);
+    let hits = camera
+        .iter()
+        .zip(met)
+        .filter(|(_, vertex)| **vertex != NONE);
+    hits.map(|(camera, &vertex)| {
+        let [a, b, c] = [0, 1, 2].map(|i| scene.vertices[vertex as usize + i].position_w);
+        let normal = (b - a).cross(c - a).normalize();
+        let (origin, direction) = (Vec3::from(camera.origin_w), Vec3::from(camera.direction_w));
+        let point =
+            origin + direction * ((a - origin).dot(normal) / direction.dot(normal)) + 1e-5 * normal;
+        let (u, phi) = (random.next(), TAU * random.next());
+        let cosine = vec3(u.sqrt() * phi.cos(), u.sqrt() * phi.sin(), (1.0 - u).sqrt());
+        let on_lamp =
+            LAMP[0] + LAMP[1] * (2.0 * random.next() - 1.0) + LAMP[2] * (2.0 * random.next() - 1.0);
+        let way = on_lamp - 1e-3 * Vec3::Y - point;
+        (
+            ray(
+                point,
+                Quat::from_rotation_arc(Vec3::Z, normal) * cosine,
+                f32::MAX,
+            ),
+            ray(point, way, way.length()),
+        )
+    })
+    .unzip()
+}
+
+/// Weyl sequence, mixed (Steele et al. 2014, SplitMix64).
+struct Random(u64);
+
+impl Random {
+    /// Uniform below 1.
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) >> 40) as f32 / (1 << 24) as f32
+    }
+}
