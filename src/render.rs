@@ -44,8 +44,7 @@ pub struct Engine {
     first_radius2: [f64; 2],
     alpha: f64,
     pub reservoir: u32,
-    /// Evaluate a few of the photons found instead of all.
-    pub stochastic: bool,
+    pub evaluate: Evaluate,
     timings: Timings,
     ledger: Ledger64,
 }
@@ -115,10 +114,15 @@ impl Engine {
     }
 
     /// Runs the rest of the iteration.
-    pub fn finish(&mut self, commands: Commands) -> Result<()> {
+    pub fn finish(&mut self, commands: Commands) -> Result<Timings> {
         let timings = commands.submit()?;
-        self.add_timings(timings);
-        Ok(())
+        self.add_timings(timings.clone());
+        Ok(timings)
+    }
+
+    /// The number of the iteration under way, from 0.
+    pub fn iteration(&self) -> u32 {
+        self.frame_data.iteration
     }
 
     fn add_timings(&mut self, timings: Timings) {
@@ -202,7 +206,7 @@ impl Renderer {
             first_radius2: [1.0; 2],
             alpha: f64::from(settings.alpha),
             reservoir: settings.reservoir,
-            stochastic: settings.evaluate == Evaluate::Stochastic,
+            evaluate: settings.evaluate,
             timings: Timings::new(),
             ledger: Ledger64::default(),
             world,
@@ -432,10 +436,10 @@ fn canonical(settings: &Settings, engine: &Engine, technique: &str) -> String {
         frame.max_depth,
         settings.alpha,
         frame.cull,
-        if engine.stochastic {
-            "stochastic"
-        } else {
-            "full"
+        match engine.evaluate {
+            Evaluate::Auto => "auto",
+            Evaluate::Full => "full",
+            Evaluate::Stochastic => "stochastic",
         },
         settings.reservoir,
         settings.reject,

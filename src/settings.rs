@@ -131,7 +131,7 @@ pub enum Trace {
 /// How the photons that a gather found are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Evaluate {
-    /// Whichever was measured faster on this class of device
+    /// Stochastic until full evaluation is measured to be faster; not repeatable bit for bit
     Auto,
     /// Every photon
     Full,

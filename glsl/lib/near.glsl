@@ -1,12 +1,20 @@
 // The traversal seam for photons: every photon within a radius of a point, by ray query over boxes
 // (inverse radius search, Evangelou et al. 2021) or by a software tree. A pass defines
 // `visit_photon`, which is the any-hit accumulation of Kern et al. 2023, listing 2.
-// In: a point in world space [m]. The sphere test is exact and the same in both.
+// In: a point in world space [m]. The sphere test is exact and the same in both. Needs photon.glsl.
 
 void visit_photon(uint index);
 
+vec3 photon_position(PhotonMaps maps, uint index) {
+#ifdef TRACE_QUERY
+    return box_middle(maps.boxes.at[index]);
+#else
+    return maps.positions_w.at[index];
+#endif
+}
+
 bool photon_is_near(PhotonMaps maps, uint index, vec3 position_w, float radius2) {
-    vec3 d = maps.positions_w.at[index] - position_w;
+    vec3 d = photon_position(maps, index) - position_w;
     return dot(d, d) <= radius2;
 }
 

@@ -50,7 +50,7 @@ vec3 evaluate(PhotonPower p) {
 
 void visit_photon(uint index) {
     PhotonPower p = maps.power.at[index];
-    if (!accepts(p, maps.positions_w.at[index] - view.position_w)) return;
+    if (!accepts(p, photon_position(maps, index) - view.position_w)) return;
     if (!STOCHASTIC) {
         sum += evaluate(p);
         return;

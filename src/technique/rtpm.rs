@@ -6,7 +6,7 @@ use crate::Result;
 use crate::bvh::{PhotonTree, Shape};
 use crate::gpu::{BoxBlas, Buffer, Commands, Instance, Pass, Ptr, Tlas};
 use crate::render::Engine;
-use crate::settings::Trace;
+use crate::settings::{Evaluate, Trace};
 use crate::shaders::spirv;
 use crate::shared::*;
 use crate::world::address_words;
@@ -15,23 +15,27 @@ use crate::world::address_words;
 pub struct Rtpm {
     place: Pass,
     tree: Pass,
-    gather: Pass,
-    gather_stochastic: Pass,
+    /// Full and stochastic evaluation.
+    gather: [Pass; 2],
+    /// The faster of the two, as last measured.
+    stochastic: bool,
     maps: Buffer<PhotonMaps>,
     sorted: Sorted,
 }
 
 /// Buffers of a given capacity.
 struct Sorted {
-    positions: Buffer<[f32; 3]>,
     power: Buffer<PhotonPower>,
     structure: Structure,
 }
 
 /// What finds photons near a point.
 enum Structure {
-    /// Of the caustic and the global map.
-    Software([PhotonTree; 2]),
+    /// Trees of the caustic and the global map.
+    Software {
+        positions: Buffer<[f32; 3]>,
+        trees: [PhotonTree; 2],
+    },
     Query {
         boxes: Buffer<PhotonBox>,
         blas: [BoxBlas; 2],
@@ -46,11 +50,30 @@ impl Technique for Rtpm {
         let mut commands = engine.gpu.commands()?;
         let order = engine.record_sort(&mut commands, counts);
         self.record_build(engine, &mut commands, order, counts)?;
-        self.record_gather(engine, &mut commands, counts);
+        // The last gather is the one that counts.
+        let trial = self.trial(engine);
+        if trial {
+            self.record_gather(engine, &mut commands, counts, !self.stochastic);
+        }
+        self.record_gather(engine, &mut commands, counts, self.stochastic);
         engine.record_film(&mut commands);
-        engine.finish(commands)
+        let timings = engine.finish(commands)?;
+        if trial {
+            let time = |pass: &str| {
+                timings
+                    .iter()
+                    .filter(|t| t.0 == pass)
+                    .map(|t| t.1)
+                    .sum::<f64>()
+            };
+            self.stochastic = time(GATHER[1]) < time(GATHER[0]);
+        }
+        Ok(())
     }
 }
+
+/// Names of the gather passes: full and stochastic evaluation.
+const GATHER: [&str; 2] = ["gather", "gather stochastic"];
 
 impl Rtpm {
     /// For the engine's traversal.
@@ -61,28 +84,37 @@ impl Rtpm {
         } else {
             "software"
         };
-        let gather = |features| {
+        let gather = |name, features| {
             let code = spirv(&format!("rtpm.gather.{trace}"))?;
-            gpu.pass("gather", code, &[engine.world.features | features], None)
+            gpu.pass(name, code, &[engine.world.features | features], None)
         };
         Ok(Self {
             place: gpu.pass("build", spirv(&format!("rtpm.place.{trace}"))?, &[], None)?,
             tree: gpu.pass("build", spirv("rtpm.tree")?, &[], None)?,
-            gather: gather(0)?,
-            gather_stochastic: gather(FEATURE_STOCHASTIC)?,
+            gather: [
+                gather(GATHER[0], 0)?,
+                gather(GATHER[1], FEATURE_STOCHASTIC)?,
+            ],
+            stochastic: engine.evaluate != Evaluate::Full,
             maps: gpu.buffer("photon maps", 1)?,
             sorted: Sorted::new(engine, engine.photons.capacity())?,
         })
     }
 
+    /// Whether to time both ways to evaluate: ever more rarely, as the radius shrinks ever more slowly
+    /// (Kern et al. 2023, section 4.5 swaps at a fixed iteration).
+    fn trial(&self, engine: &Engine) -> bool {
+        let iteration = engine.iteration();
+        engine.evaluate == Evaluate::Auto && (iteration < 2 || iteration.is_power_of_two())
+    }
+
     /// Follows the photon buffers where they grew, and tells shaders where everything lies.
     fn reserve(&mut self, engine: &Engine, counts: [u32; 2]) -> Result<()> {
-        if self.sorted.positions.len() < engine.photons.capacity() {
+        if self.sorted.power.len() < engine.photons.capacity() {
             self.sorted = Sorted::new(engine, engine.photons.capacity())?;
         }
         let s = &self.sorted;
         let mut maps = PhotonMaps {
-            positions_w: s.positions.ptr(),
             power: s.power.ptr(),
             first: [0, counts[0]],
             count: counts,
@@ -90,7 +122,11 @@ impl Rtpm {
             ..Default::default()
         };
         match &s.structure {
-            Structure::Software([caustic, global]) => {
+            Structure::Software {
+                positions,
+                trees: [caustic, global],
+            } => {
+                maps.positions_w = positions.ptr();
                 maps.caustic_tree = caustic.ptr();
                 maps.global_tree = global.ptr();
             }
@@ -120,7 +156,7 @@ impl Rtpm {
         };
         commands.dispatch(&self.place, &push, count as usize);
         match &self.sorted.structure {
-            Structure::Software(_) => {
+            Structure::Software { .. } => {
                 for map in [MAP_CAUSTIC, MAP_GLOBAL] {
                     let photons = counts[map as usize] as usize;
                     if photons > 0 {
@@ -151,7 +187,13 @@ impl Rtpm {
         Ok(())
     }
 
-    fn record_gather(&self, engine: &Engine, commands: &mut Commands, counts: [u32; 2]) {
+    fn record_gather(
+        &self,
+        engine: &Engine,
+        commands: &mut Commands,
+        counts: [u32; 2],
+        stochastic: bool,
+    ) {
         for map in [MAP_CAUSTIC, MAP_GLOBAL] {
             if counts[map as usize] == 0 {
                 continue;
@@ -164,11 +206,7 @@ impl Rtpm {
                 map,
                 reservoir: engine.reservoir,
             };
-            let pass = if engine.stochastic {
-                &self.gather_stochastic
-            } else {
-                &self.gather
-            };
+            let pass = &self.gather[usize::from(stochastic)];
             commands.dispatch(pass, &push, engine.view.tiled_threads());
         }
     }
@@ -186,13 +224,15 @@ impl Sorted {
                 ],
                 tlas: gpu.tlas("photons", 2)?,
             },
-            _ => Structure::Software([
-                PhotonTree::new(gpu, capacity)?,
-                PhotonTree::new(gpu, capacity)?,
-            ]),
+            _ => Structure::Software {
+                positions: gpu.buffer("photon positions", capacity)?,
+                trees: [
+                    PhotonTree::new(gpu, capacity)?,
+                    PhotonTree::new(gpu, capacity)?,
+                ],
+            },
         };
         Ok(Self {
-            positions: gpu.buffer("photon positions", capacity)?,
             power: gpu.buffer("photon power", capacity)?,
             structure,
         })
