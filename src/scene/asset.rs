@@ -49,7 +49,7 @@ pub(super) fn typed(mut json: Value) -> Checked<Root> {
     })
 }
 
-/// What `index`, which stands at `path`, refers to.
+/// What `index`, which stands at `path`, refers to. Of larger numbers the crate keeps 32 bits.
 pub(super) fn get<T>(root: &Root, index: Index<T>, path: impl Display) -> Checked<&T>
 where
     Root: AsRef<[T]>,

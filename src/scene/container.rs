@@ -18,7 +18,8 @@ use super::asset::{Checked, to_usize};
 const MAX_BYTES: u64 = 8 << 30;
 
 /// The JSON and the binary chunk of a GLB file, or the whole of a `.gltf` file as JSON.
-/// glTF 2.0, section 4 (GLB File Format Specification).
+/// glTF 2.0, section 4 (GLB File Format Specification). The crate refuses a chunk of unknown type
+/// right behind the JSON, which glTF would have ignored.
 pub(super) fn split(bytes: &[u8]) -> Checked<(Value, Option<Cow<'_, [u8]>>)> {
     let (json, bin) = if bytes.starts_with(b"glTF") {
         let glb = Glb::from_slice(whole(bytes)?).map_err(|error| format!("GLB: {error}"))?;
