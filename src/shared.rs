@@ -159,7 +159,7 @@ shared_constants! {
     MAP_GLOBAL = 1;
     /// Photons in a leaf of the software photon tree.
     PHOTON_LEAF = 8;
-    /// An inner node of the software photon tree has 2 to this power children.
+    /// An inner node of the software photon tree has 2 to this power children: 2 or 4.
     PHOTON_FANOUT_LOG2 = 2;
     /// Radix sort: bits of a digit, and keys that one thread counts and scatters in order.
     SORT_DIGIT_BITS = 8;
@@ -437,9 +437,12 @@ shared_structs! {
         power: Ptr<PhotonPower>,
         /// For the acceleration structures.
         boxes: Ptr<PhotonBox>,
-        /// Complete trees in heap order (see `near.glsl`).
-        caustic_tree: Ptr<PhotonBox>,
-        global_tree: Ptr<PhotonBox>,
+        /// Complete trees in heap order (see `near.glsl`). A box is a word an axis: 16 bits of its low
+        /// side, 16 of its high side, in cells of a grid with this corner and so many cells a metre.
+        caustic_tree: Ptr<[u32; 3]>,
+        global_tree: Ptr<[u32; 3]>,
+        grid_min_w: [f32; 3],
+        grid_scale: f32,
         tlas: [u32; 2],
         first: [u32; 2],
         count: [u32; 2],
@@ -492,7 +495,7 @@ shared_structs! {
         origin_w: [f32; 3],
         /// Unit length.
         direction_w: [f32; 3],
-        /// Where a shadow ray ends [m].
+        /// Where a shadow ray ends in metres.
         distance_w: f32,
     }
 

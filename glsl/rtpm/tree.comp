@@ -11,24 +11,25 @@ void main() {
     uint i = thread_index();
     if (i >= push.count) return;
     PhotonMaps maps = push.maps.at[0];
-    PhotonBoxRef tree = push.map == MAP_CAUSTIC ? maps.caustic_tree : maps.global_tree;
+    uvec3Ref tree = push.map == MAP_CAUSTIC ? maps.caustic_tree : maps.global_tree;
     uint node = push.first + i;
-    PhotonBox box = PhotonBox(vec3(3.0e38), vec3(-3.0e38));
+    uvec3 low = uvec3(0xffffu), high = uvec3(0u);
     if (node >= maps.first_leaf[push.map]) {
         uint begin = (node - maps.first_leaf[push.map]) * PHOTON_LEAF;
         uint end = min(begin + PHOTON_LEAF, maps.count[push.map]);
         for (uint j = begin; j < end; j++) {
-            vec3 p = maps.positions_w.at[maps.first[push.map] + j];
-            box.min_w = min(box.min_w, p);
-            box.max_w = max(box.max_w, p);
+            // A cell larger than it need be all round: rounding must lose no photon.
+            uvec3 cell = uvec3((maps.positions_w.at[maps.first[push.map] + j] - maps.grid_min_w) * maps.grid_scale);
+            low = min(low, cell - 1u);
+            high = max(high, cell + 2u);
         }
     } else {
         uint child = (node << PHOTON_FANOUT_LOG2) + 1u;
         for (uint j = 0u; j < 1u << PHOTON_FANOUT_LOG2; j++) {
-            PhotonBox b = tree.at[child + j];
-            box.min_w = min(box.min_w, b.min_w);
-            box.max_w = max(box.max_w, b.max_w);
+            uvec3 box = tree.at[child + j];
+            low = min(low, box & 0xffffu);
+            high = max(high, box >> 16u);
         }
     }
-    tree.at[node] = box;
+    tree.at[node] = low | high << 16u;
 }

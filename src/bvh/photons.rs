@@ -2,11 +2,11 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Gpu, Pass, Ptr};
-use crate::shared::{PHOTON_FANOUT_LOG2, PHOTON_LEAF, PhotonBox, PhotonMaps, TreePush};
+use crate::shared::{PHOTON_FANOUT_LOG2, PHOTON_LEAF, PhotonMaps, TreePush};
 
 /// The boxes of one photon map's tree.
 pub struct PhotonTree {
-    boxes: Buffer<PhotonBox>,
+    boxes: Buffer<[u32; 3]>,
 }
 
 impl PhotonTree {
@@ -17,7 +17,7 @@ impl PhotonTree {
     }
 
     /// Where the boxes lie.
-    pub fn ptr(&self) -> Ptr<PhotonBox> {
+    pub fn ptr(&self) -> Ptr<[u32; 3]> {
         self.boxes.ptr()
     }
 

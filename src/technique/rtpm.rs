@@ -10,6 +10,7 @@ use crate::settings::{Evaluate, Trace};
 use crate::shaders::spirv;
 use crate::shared::*;
 use crate::world::address_words;
+use glam::Vec3;
 
 /// Passes and the sorted photons of one iteration.
 pub struct Rtpm {
@@ -114,11 +115,14 @@ impl Rtpm {
             self.sorted = Sorted::new(engine, engine.photons.capacity())?;
         }
         let s = &self.sorted;
+        let (grid_min_w, grid_scale) = grid(engine.world.bounds_w);
         let mut maps = PhotonMaps {
             power: s.power.ptr(),
             first: [0, counts[0]],
             count: counts,
             first_leaf: counts.map(|n| Shape::of(n as usize).first_leaf as u32),
+            grid_min_w: grid_min_w.into(),
+            grid_scale,
             ..Default::default()
         };
         match &s.structure {
@@ -210,6 +214,13 @@ impl Rtpm {
             commands.dispatch(pass, &push, engine.view.tiled_threads());
         }
     }
+}
+
+/// Corner and cells per metre of a grid that holds everything in 16 bits an axis, with a few cells
+/// to spare at either end.
+fn grid((min, max): (Vec3, Vec3)) -> (Vec3, f32) {
+    let scale = 65520.0 / (max - min).max_element().max(1e-30);
+    (min - 4.0 / scale, scale)
 }
 
 impl Sorted {
