@@ -492,7 +492,7 @@ shared_structs! {
         origin_w: [f32; 3],
         /// Unit length.
         direction_w: [f32; 3],
-        /// Where a shadow ray ends [m].
+        /// Where a shadow ray ends (m).
         distance_w: f32,
     }
 

@@ -20,7 +20,7 @@ void main() {
         if (occluded(world, ray.origin_w, ray.direction_w, ray.distance_w)) met = 0u;
     } else {
         Hit hit;
-        if (trace(world, ray.origin_w, ray.direction_w, hit)) met = world.triangles.at[hit.triangle].vertices.x;
+        if (trace(world, ray.origin_w, ray.direction_w, true, hit)) met = world.triangles.at[hit.triangle].vertices.x;
     }
     push.met.at[i] = met;
 }
