@@ -37,7 +37,7 @@ pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
                 let probe = PIXELS[map].end() * pixel;
                 let found = median_found(&samples, &photons[map], probe).unwrap_or(0.0);
                 let wanted = (WANTED[map] / found.max(1e-3)).sqrt() * PIXELS[map].end();
-                wanted.clamp(*PIXELS[map].start(), *PIXELS[map].end()) * pixel
+                round(wanted.clamp(*PIXELS[map].start(), *PIXELS[map].end()) * pixel)
             }
         };
         engine.first_radius2[map] = f64::from(radius) * f64::from(radius);
@@ -56,6 +56,12 @@ pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
     engine.timings = Timings::new();
     engine.ledger = Ledger64::default();
     Ok(())
+}
+
+/// To 8 bits of mantissa, so that devices whose last bits differ start alike, and one can go on where
+/// another stopped.
+fn round(radius: f32) -> f32 {
+    f32::from_bits(radius.to_bits() & 0xffff_8000)
 }
 
 fn view_samples(engine: &Engine) -> Result<Vec<ViewSample>> {
