@@ -11,7 +11,7 @@ use crate::view::View;
 use crate::world::World;
 use glam::Vec3;
 
-/// Bits of a sort key: the map above a Morton code of 30.
+/// Bits of a sort key: the map above 30 of a place on a Hilbert curve.
 const KEY_BITS: u32 = 31;
 
 /// Photons of one iteration, as emission left them.
@@ -127,7 +127,7 @@ impl Photons {
         Ok((counters.first().copied().unwrap_or_default(), timings))
     }
 
-    /// Orders `count` photons by map and along a Morton curve; returns their indices in that order.
+    /// Orders `count` photons by map and along a Hilbert curve; returns their indices in that order.
     pub fn record_sort(
         &self,
         commands: &mut Commands,

@@ -14,7 +14,7 @@ use lightfall::gpu::{Gpu, OpenOptions};
 use std::process::Command;
 
 /// Measured runs of each variant, after one that compiles pipelines and warms caches.
-const RUNS: usize = 9;
+const RUNS: usize = 7;
 
 fn main() -> lightfall::Result<()> {
     let words: Vec<String> = std::env::args()

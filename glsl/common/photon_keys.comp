@@ -1,5 +1,5 @@
-// Photons in the order of their paths, each with its sort key: the map, then the Morton code of its
-// position (Morton 1966), 31 bits in all. Path order makes the sorted order, and so every float sum
+// Photons in the order of their paths, each with its sort key: the map, then its
+// position on a Hilbert curve, 31 bits in all. Path order makes the sorted order, and so every float sum
 // over photons, independent of which thread came first.
 // In: Photons, slots and offsets of each path. Out: keys and photon indices.
 #version 460
@@ -15,6 +15,28 @@ uint spread(uint x) {
     return (x | x << 2u) & 0x09249249u;
 }
 
+// Place of a cell on the Hilbert curve (Skilling 2004): neighbours on it are neighbours in space, so
+// that runs of photons have small boxes; a Morton curve jumps.
+uint hilbert(uvec3 x) {
+    for (uint q = 512u; q > 1u; q >>= 1u) {
+        for (uint i = 0u; i < 3u; i++) {
+            if ((x[i] & q) != 0u) {
+                x.x ^= q - 1u;
+            } else {
+                uint swapped = (x.x ^ x[i]) & (q - 1u);
+                x.x ^= swapped;
+                x[i] ^= swapped;
+            }
+        }
+    }
+    x.y ^= x.x;
+    x.z ^= x.y;
+    uint flips = 0u;
+    for (uint q = 512u; q > 1u; q >>= 1u) if ((x.z & q) != 0u) flips ^= q - 1u;
+    x ^= flips;
+    return spread(x.x) << 2u | spread(x.y) << 1u | spread(x.z);
+}
+
 void main() {
     Frame frame = push.frame.at[0];
     uint path = thread_index();
@@ -25,8 +47,7 @@ void main() {
         uint slot = push.path_slots.at[path * frame.max_depth + i];
         uint index = slot & 0x7fffffffu;
         uvec3 cell = uvec3(clamp((push.photons.at[index].position_w - push.min_w) * push.scale, vec3(0.0), vec3(1023.0)));
-        uint morton = spread(cell.x) | spread(cell.y) << 1u | spread(cell.z) << 2u;
-        push.keys.at[to + i] = (slot >> 31) << 30 | morton;
+        push.keys.at[to + i] = (slot >> 31) << 30 | hilbert(cell);
         push.indices.at[to + i] = index;
     }
 }

@@ -35,7 +35,7 @@ void find_near(PhotonMaps maps, uint map, vec3 position_w, float radius) {
 #else
 
 // A complete tree in heap order: the children of node i start at FANOUT i + 1, all leaves lie on one
-// level, leaf j holds photons PHOTON_LEAF j … of the Morton-ordered map, boxes beyond the last are
+// level, leaf j holds photons PHOTON_LEAF j … of the sorted map, boxes beyond the last are
 // empty. The walk tests all children of a node in one step, and remembers those it has yet to visit as
 // bits instead of a stack: a CPU device pays dearly for arrays with an index of each thread's own.
 void find_near(PhotonMaps maps, uint map, vec3 position_w, float radius) {

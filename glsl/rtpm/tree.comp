@@ -1,5 +1,5 @@
 // One level of a software photon tree (see lib/near.glsl), leaves first. The tree splits the
-// Morton-ordered photons into equal counts, so its shape is known beforehand and each level is one
+// sorted photons into equal counts, so its shape is known beforehand and each level is one
 // pass without atomics.
 // In: positions, or the boxes of the level below. Out: boxes; inverted, never met, where no photons are.
 #version 460
