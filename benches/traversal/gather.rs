@@ -7,7 +7,7 @@ use lightfall::Result;
 use lightfall::gpu::Gpu;
 use lightfall::render::Renderer;
 use lightfall::scene::Scene;
-use lightfall::settings::{Length, Settings, Trace};
+use lightfall::settings::{Length, Settings, Switch, Trace};
 use std::collections::BTreeMap;
 
 const PHOTONS: u64 = 200_000;
@@ -65,6 +65,8 @@ fn settings(paths: u32, radius: f32, trace: Trace) -> Settings {
         // The radius stays what it is.
         alpha: 1.0 - f32::EPSILON,
         trace,
+        // Photons everywhere, whatever the device would choose.
+        cull: Switch::Off,
         ..Settings::default()
     }
 }
