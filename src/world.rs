@@ -1,13 +1,15 @@
 //! The scene on the device, summed up in one struct of addresses.
 
+mod convert;
 mod edges;
 mod lights;
 
+use convert::{is_textured, material, shading, slots, textures, vertex};
 use crate::bvh::{SceneTree, morton_order};
 use crate::gpu::{
-    Blas, Buffer, Gpu, Instance, Ptr, TextureArray, TextureData, Tlas, TriangleGeometry,
+    Blas, Buffer, Gpu, Instance, Ptr, TextureArray, Tlas, TriangleGeometry,
 };
-use crate::scene::{Material, Scene, TextureRef};
+use crate::scene::{Material, Scene};
 use crate::settings::Trace;
 use crate::shared::*;
 use crate::{Error, Result};
@@ -221,108 +223,6 @@ fn structure(
     commands.build_tlas(&tlas, &instances);
     commands.submit()?;
     Ok((all, tlas))
-}
-
-fn shading(scene: &Scene, triangle: u32, folded: u32) -> TriangleShading {
-    let t = &scene.triangles[triangle as usize];
-    let material = &scene.materials[t.material as usize];
-    let mut word = t.material | (folded * TRIANGLE_EDGE);
-    if is_one_sided(material) {
-        word |= TRIANGLE_ONE_SIDED;
-    }
-    if material.alpha_cutoff.is_some() {
-        word |= TRIANGLE_ALPHA;
-    }
-    TriangleShading {
-        vertices: t.vertices,
-        material: word,
-    }
-}
-
-fn vertex(v: &crate::scene::Vertex) -> VertexShading {
-    VertexShading {
-        normal_w: v.normal_w.into(),
-        tangent_w: v.tangent_w.into(),
-        uv0: v.uv[0].into(),
-        uv1: v.uv[1].into(),
-        color: v.color.into(),
-    }
-}
-
-fn material(m: &Material) -> crate::shared::Material {
-    crate::shared::Material {
-        base_color: m.base_color.into(),
-        emission: m.emission.into(),
-        metallic: m.metallic,
-        specular_color: m.specular_color.into(),
-        specular: m.specular,
-        absorption: m.absorption.unwrap_or_default().into(),
-        transmission: m.transmission,
-        roughness: m.roughness,
-        ior: m.ior,
-        alpha_cutoff: m.alpha_cutoff.unwrap_or(0.0),
-        normal_scale: m.normal_scale,
-        flags: if m.absorption.is_some() {
-            MATERIAL_SOLID
-        } else {
-            0
-        },
-    }
-}
-
-/// In the order of the SLOT_ constants.
-fn references(m: &Material) -> [Option<TextureRef>; SLOTS_PER_MATERIAL as usize] {
-    [
-        m.base_color_texture,
-        m.metallic_roughness_texture,
-        m.normal_texture,
-        m.emission_texture,
-        m.specular_texture,
-        m.specular_color_texture,
-        m.transmission_texture,
-    ]
-}
-
-fn slots(m: &Material) -> [TextureSlot; SLOTS_PER_MATERIAL as usize] {
-    references(m).map(|reference| match reference {
-        None => TextureSlot {
-            texture: NONE,
-            ..Default::default()
-        },
-        Some(r) => TextureSlot {
-            texture: r.texture,
-            uv_set: r.uv_set,
-            row0: r.transform[0].into(),
-            row1: r.transform[1].into(),
-        },
-    })
-}
-
-fn is_textured(scene: &Scene) -> bool {
-    let mut references = scene.materials.iter().flat_map(references);
-    references.any(|reference| reference.is_some())
-}
-
-fn textures(gpu: &Gpu, scene: &Scene) -> Result<Option<TextureArray>> {
-    if !is_textured(scene) {
-        return Ok(None);
-    }
-    let textures: Vec<TextureData> = scene
-        .textures
-        .iter()
-        .map(|t| {
-            let image = &scene.images[t.image as usize];
-            TextureData {
-                width: image.width,
-                height: image.height,
-                rgba8: &image.rgba,
-                srgb: t.srgb,
-                wrap: t.wrap,
-                nearest: t.nearest,
-            }
-        })
-        .collect();
-    gpu.texture_array(&textures).map(Some)
 }
 
 fn features(scene: &Scene) -> u32 {

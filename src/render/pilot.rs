@@ -1,7 +1,7 @@
 //! Before the first iteration: one round of camera and light paths finds the radii to start with,
 //! whether culling pays, and how many photons the buffers must hold.
 
-use super::{Engine, Ledger64};
+use super::engine::{Engine, Ledger64};
 use crate::Result;
 use crate::gpu::Timings;
 use crate::settings::{Length, Settings, Switch};
