@@ -4,15 +4,13 @@ mod convert;
 mod edges;
 mod lights;
 
-use convert::{is_textured, material, shading, slots, textures, vertex};
 use crate::bvh::{SceneTree, morton_order};
-use crate::gpu::{
-    Blas, Buffer, Gpu, Instance, Ptr, TextureArray, Tlas, TriangleGeometry,
-};
+use crate::gpu::{Blas, Buffer, Gpu, Instance, Ptr, TextureArray, Tlas, TriangleGeometry};
 use crate::scene::{Material, Scene};
 use crate::settings::Trace;
 use crate::shared::*;
 use crate::{Error, Result};
+use convert::{is_textured, material, shading, slots, textures, vertex};
 use glam::Vec3;
 
 /// The scene's buffers and what they hold.
