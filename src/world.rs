@@ -290,6 +290,7 @@ pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::TextureRef;
 
     #[test]
     fn features_are_those_of_the_scene() {
