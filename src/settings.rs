@@ -3,6 +3,7 @@
 //! The structs double as the command line's definition, so that an option, its range, its default
 //! and its help text are written once.
 
+use crate::shared::RESERVOIR_MAX;
 use crate::technique::TECHNIQUES;
 use clap::ValueEnum;
 
@@ -61,7 +62,7 @@ pub struct Settings {
 
     /// Photons that the reservoir of `--evaluate stochastic` keeps
     #[arg(long, value_name = "K", default_value_t = Settings::default().reservoir,
-          value_parser = clap::value_parser!(u32).range(1..=8))]
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(RESERVOIR_MAX)))]
     pub reservoir: u32,
 
     /// Probability of rejecting a global photon, 0 ≤ PROB < 1; those kept carry more

@@ -17,7 +17,6 @@ const bool HAS_TRANSMISSION = (FEATURES & FEATURE_TRANSMISSION) != 0u;
 const bool HAS_ABSORPTION = (FEATURES & FEATURE_ABSORPTION) != 0u;
 const bool HAS_ALPHA = (FEATURES & FEATURE_ALPHA) != 0u;
 const bool HAS_ONE_SIDED = (FEATURES & FEATURE_ONE_SIDED) != 0u;
-const bool HAS_DELTA_LIGHTS = (FEATURES & FEATURE_DELTA_LIGHTS) != 0u;
 const bool HAS_LEDGER = (FEATURES & FEATURE_LEDGER) != 0u;
 const bool STOCHASTIC = (FEATURES & FEATURE_STOCHASTIC) != 0u;
 // Entries of the software traversal's stack: the depth of the scene's tree.
