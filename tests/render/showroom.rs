@@ -6,7 +6,7 @@ use glam::{Vec3, vec3};
 use lightfall::gpu::Gpu;
 use lightfall::render::Renderer;
 use lightfall::scene::{Image, Light, Material, Scene, Texture, TextureRef, Wrap};
-use lightfall::settings::{Settings, Trace};
+use lightfall::settings::{Direct, Settings, Trace};
 
 /// A room with a lamp, a glass ball, a mirror ball, rough metal, plastic, a checkered board with
 /// holes, and a spot light. Without the board where the device has no textures.
@@ -111,32 +111,53 @@ fn traversals_agree() {
         return;
     }
     let scene = showroom(&device);
-    let images = [Trace::Software, Trace::Query].map(|trace| {
-        let settings = Settings {
-            trace,
-            ..settings(64, 20_000, 0.05)
-        };
-        let mut renderer = Renderer::new(&device, &scene, &settings).unwrap();
-        renderer.iterate().unwrap();
-        renderer.picture().unwrap()
-    });
-    for name in [
-        "", "emission", "caustic", "global", "albedo", "normal", "depth",
+    let plain = settings(64, 20_000, 0.05);
+    let rays = Settings {
+        direct: Direct::Rays,
+        ..plain.clone()
+    };
+    let path = Settings {
+        technique: "path".into(),
+        ..plain.clone()
+    };
+    let photon_layers: &[&str] = &["emission", "caustic", "global"];
+    let all_layers: &[&str] = &["emission", "direct", "caustic", "global"];
+    for (what, settings, layers) in [
+        ("photons", plain, photon_layers),
+        ("rays", rays, all_layers),
+        ("path", path, all_layers),
     ] {
-        let [a, b] = images.each_ref().map(|picture| layer(picture, name));
-        assert!(a.iter().any(|x| *x != 0.0), "nothing in layer '{name}'");
-        let channels = a.len() / (64 * 64);
-        let differs = |(a, b): &(&[f32], &[f32])| {
-            a.iter()
-                .zip(*b)
-                .any(|(a, b)| (a - b).abs() > 1e-4 * a.abs().max(1e-3))
-        };
-        let count = a
-            .chunks(channels)
-            .zip(b.chunks(channels))
-            .filter(differs)
-            .count();
-        println!("layer '{name}': {count} pixels differ");
-        assert!(count <= 4, "layer '{name}': {count} of 4096 pixels differ");
+        let images = [Trace::Software, Trace::Query].map(|trace| {
+            let settings = Settings {
+                trace,
+                ..settings.clone()
+            };
+            let mut renderer = Renderer::new(&device, &scene, &settings).unwrap();
+            renderer.iterate().unwrap();
+            renderer.picture().unwrap()
+        });
+        for name in layers.iter().chain(&["", "albedo", "normal", "depth"]) {
+            let [a, b] = images.each_ref().map(|picture| layer(picture, name));
+            assert!(
+                a.iter().any(|x| *x != 0.0),
+                "{what}: nothing in layer '{name}'"
+            );
+            let channels = a.len() / (64 * 64);
+            let differs = |(a, b): &(&[f32], &[f32])| {
+                a.iter()
+                    .zip(*b)
+                    .any(|(a, b)| (a - b).abs() > 1e-4 * a.abs().max(1e-3))
+            };
+            let count = a
+                .chunks(channels)
+                .zip(b.chunks(channels))
+                .filter(differs)
+                .count();
+            println!("{what}, layer '{name}': {count} pixels differ");
+            assert!(
+                count <= 4,
+                "{what}, layer '{name}': {count} of 4096 pixels differ"
+            );
+        }
     }
 }
