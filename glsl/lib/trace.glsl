@@ -77,9 +77,9 @@ bool trace(World world, vec3 origin, vec3 direction, bool skip_backs, out Hit hi
     return true;
 }
 
-bool occluded(World world, vec3 origin, vec3 direction, float distance_w) {
+bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool skip_backs) {
     rayQueryEXT query;
-    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsTerminateOnFirstHitEXT, 0xff, origin, 0.0, direction, distance_w);
+    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsTerminateOnFirstHitEXT | (skip_backs ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsNoneEXT), 0xff, origin, 0.0, direction, distance_w);
     proceed(query, world, origin, direction);
     return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
 }
@@ -171,8 +171,8 @@ bool trace(World world, vec3 origin, vec3 direction, bool skip_backs, out Hit hi
     return true;
 }
 
-bool occluded(World world, vec3 origin, vec3 direction, float distance_w) {
-    return traverse(world, origin, direction, distance_w, true, false) != NONE;
+bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool skip_backs) {
+    return traverse(world, origin, direction, distance_w, true, skip_backs) != NONE;
 }
 
 #endif
