@@ -15,6 +15,7 @@
 //! | [`technique`] | the techniques, one file each |
 //! | [`render`] | settings and a scene become iterations and a picture |
 //! | [`image`] | pictures: EXR and PNG in and out |
+//! | [`metrics`] | how far a picture is from a reference |
 //! | [`cli`] | the command line, one file per subcommand |
 #![deny(unsafe_code)]
 
@@ -25,6 +26,7 @@ pub mod film;
 #[allow(unsafe_code)]
 pub mod gpu;
 pub mod image;
+pub mod metrics;
 pub mod photons;
 pub mod render;
 pub mod scene;
