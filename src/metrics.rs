@@ -42,6 +42,40 @@ pub enum Metric {
     Flip,
 }
 
+impl Metric {
+    /// As on the command line.
+    pub fn name(self) -> String {
+        let value = self.to_possible_value();
+        value.map_or_else(String::new, |v| v.get_name().into())
+    }
+
+    /// 8-bit sRGB of `map`, black where there is no error and pale yellow where it is large: for FLIP and SSIM linear in
+    /// [0, 1], else logarithmic over [`DECADES`], which for MSE and MAE end where the error is as large as the
+    /// mean light of `reference`.
+    pub fn picture(self, map: &[f32], reference: &Rgb) -> Vec<u8> {
+        let power = match self {
+            Self::Mse => 2,
+            _ => 1,
+        };
+        let unit = match self {
+            Self::Mse | Self::Mae => {
+                let lit = reference.pixels.iter().filter(|x| x.is_finite());
+                let sum: f64 = lit.map(|x| f64::from(*x).powi(power)).sum();
+                sum / reference.pixels.len().max(1) as f64
+            }
+            _ => 1.0,
+        };
+        let shade = |e: &f32| match self {
+            Self::Flip | Self::Ssim => *e,
+            _ => (f64::from(*e) / unit).log10() as f32 / DECADES + 1.0,
+        };
+        map.iter().flat_map(|e| magma(shade(e))).collect()
+    }
+}
+
+/// Of 10, from black to white in an error image; white is 1.
+pub const DECADES: f32 = 4.0;
+
 /// Share of the pixels, those with the largest errors, that [`Metric::RelMseTrimmed`] leaves out.
 const TRIMMED: f64 = 0.001;
 

@@ -2,6 +2,7 @@
 
 use crate::{
     image::{Display, Format},
+    metrics::Metric,
     settings::Settings,
 };
 use clap::{
@@ -28,6 +29,12 @@ pub enum Command {
     /// Stops after 60 s unless --iterations or --time says otherwise. Ctrl-C finishes the iteration
     /// and writes the image so far; a second Ctrl-C ends at once without an image.
     Render(Box<RenderArgs>),
+    /// Measure how far an image is from a reference
+    ///
+    /// Prints all metrics. relmse: mean of (x − r)² / (r² + 0.01) over pixels and channels; relmse-trimmed: without the worst
+    /// 0.1 % of the pixels; mse, mae; ssim: 1 for equal images (Wang et al. 2004), of luminance as a PNG shows it; flip:
+    /// HDR-FLIP (Andersson et al. 2021). Pixels that are not finite are counted and left out.
+    Compare(CompareArgs),
     /// Show what a glTF file holds and what of it will not be rendered
     Info {
         /// A .gltf or .glb file
@@ -35,6 +42,41 @@ pub enum Command {
     },
     /// Say whether this machine can render, and what to install if it cannot
     Doctor,
+}
+
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// An .exr image
+    pub image: PathBuf,
+
+    /// The .exr image that is taken for the truth, of the same size
+    pub reference: PathBuf,
+
+    /// What the error image shows and --fail-above judges
+    #[arg(long, value_enum, default_value_t = Metric::RelMse)]
+    pub metric: Metric,
+
+    /// Where an image of the error goes: .exr holds the numbers, .png colours from black to pale yellow: flip and ssim linear
+    /// from 0 to 1, others logarithmic from 0.0001 to 1 (mse and mae: of the reference's mean)
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_path))]
+    pub output: Option<PathBuf>,
+
+    /// Exit with 1 if the metric (for ssim: 1 − SSIM) is above X, or a pixel is not finite
+    #[arg(long, value_name = "X", value_parser = parse_limit)]
+    pub fail_above: Option<f64>,
+
+    /// Compare this layer of both, such as `caustic` [default: the beauty image]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub layer: String,
+
+    /// Print one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -99,6 +141,13 @@ fn resumable_path(path: PathBuf) -> Result<PathBuf, &'static str> {
     match Format::of(&path) {
         Ok(Format::Exr) => Ok(path),
         _ => Err("only .exr images hold all that is needed to go on"),
+    }
+}
+
+fn parse_limit(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(x) if (0.0..f64::INFINITY).contains(&x) => Ok(x),
+        _ => Err("expected a number from 0".into()),
     }
 }
 

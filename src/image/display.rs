@@ -17,6 +17,16 @@ pub struct Display {
     pub tone: Tone,
 }
 
+impl Display {
+    /// The exposure (EV) that linear RGB `pixels` get.
+    pub fn ev(&self, pixels: &[f32]) -> f64 {
+        match self.exposure {
+            Exposure::Auto => auto_exposure(pixels),
+            Exposure::Ev(ev) => ev,
+        }
+    }
+}
+
 /// The power of two that radiance (nit) is multiplied with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Exposure {

@@ -8,6 +8,7 @@ mod png;
 pub use display::{Display, Exposure, Tone, auto_exposure, neutral, srgb};
 pub use exr::{read_layer, read_picture, read_rgb};
 pub use file::check_output;
+pub use png::{develop, encode_rgb8, write_rgb8};
 
 use crate::{Error, Result};
 use std::path::Path;
