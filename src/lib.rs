@@ -16,9 +16,11 @@
 //! | [`render`] | settings and a scene become iterations and a picture |
 //! | [`image`] | pictures: EXR and PNG in and out |
 //! | [`metrics`] | how far a picture is from a reference |
+//! | [`bench`] | the referee: techniques side by side, and the report |
 //! | [`cli`] | the command line, one file per subcommand |
 #![deny(unsafe_code)]
 
+pub mod bench;
 pub mod bvh;
 pub mod cli;
 pub mod error;
