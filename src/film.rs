@@ -84,6 +84,15 @@ impl Film {
         })
     }
 
+    /// Black again.
+    pub fn clear(&self, gpu: &Gpu) -> Result<()> {
+        gpu.write(
+            &self.pixels,
+            0,
+            &vec![FilmPixel::default(); self.pixels.len()],
+        )
+    }
+
     /// Adds the iteration in `view.pixels`.
     pub fn record(&self, commands: &mut Commands, view: &View, frame: &Buffer<Frame>) {
         let push = FilmPush {

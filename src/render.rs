@@ -151,6 +151,18 @@ impl Renderer {
         Ok(())
     }
 
+    /// Forgets all iterations and measurements, and keeps what lies on the device: for measurements after a warm-up.
+    /// A technique with a state of its own begins it anew at iteration 0.
+    pub fn restart(&mut self) -> Result<()> {
+        self.engine.film.clear(&self.engine.gpu)?;
+        self.engine.timings.clear();
+        self.engine.ledger = Ledger64::default();
+        self.iterations = 0;
+        self.seconds_before = 0.0;
+        self.busy = Duration::ZERO;
+        Ok(())
+    }
+
     /// What lies on the device, for measurements.
     pub fn engine(&self) -> &Engine {
         &self.engine

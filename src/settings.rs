@@ -167,7 +167,8 @@ pub enum Switch {
     Off,
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+/// `1280x720`.
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let (w, h) = text
         .split_once(['x', 'X', '×'])
         .ok_or("expected WxH, such as 1280x720")?;
