@@ -359,6 +359,9 @@ shared_structs! {
         depth: f32,
         /// Variance of one iteration's luminance.
         variance: f32,
+        /// See [`FramePixel::bias`], and the variance of one iteration's.
+        bias: f32,
+        bias_variance: f32,
         emission_low: [f32; 3],
         direct_low: [f32; 3],
         caustic_low: [f32; 3],
@@ -367,6 +370,8 @@ shared_structs! {
         normal_w_low: [f32; 3],
         depth_low: f32,
         variance_low: f32,
+        bias_low: f32,
+        bias_variance_low: f32,
     }
 
     /// One iteration's values of one pixel.
@@ -379,6 +384,9 @@ shared_structs! {
         normal_w: [f32; 3],
         /// Distance from the eye to the first surface (m); 0 where there is none.
         depth: f32,
+        /// Luminance [nit] gathered within the radii less that within half of them: what shrinking them
+        /// would still change (see `render::accuracy`).
+        bias: f32,
     }
 
     /// The arguments of `view`.
