@@ -47,10 +47,16 @@ pub struct Settings {
     #[arg(long, value_enum, default_value_t = Settings::default().trace)]
     pub trace: Trace,
 
-    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length
+    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length.
+    /// `path`: none are; paths from the eye alone
     #[arg(long, default_value_t = Settings::default().technique,
           value_parser = clap::builder::PossibleValuesParser::new(technique_names()))]
     pub technique: String,
+
+    /// How a technique that gathers photons finds light that comes to a diffuse surface straight from
+    /// a light
+    #[arg(long, value_enum, default_value_t = Settings::default().direct)]
+    pub direct: Direct,
 
     /// Store only photons that lie in a hash cell near a view sample
     #[arg(long, value_enum, default_value_t = Settings::default().cull)]
@@ -99,6 +105,7 @@ impl Default for Settings {
             max_depth: 12,
             trace: Trace::Auto,
             technique: AUTO.into(),
+            direct: Direct::Auto,
             cull: Switch::Auto,
             evaluate: Evaluate::Full,
             reservoir: 3,
@@ -127,6 +134,17 @@ pub enum Trace {
     Query,
     /// Plain compute shaders
     Software,
+}
+
+/// What brings direct light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Direct {
+    /// Whichever was measured to err less after the same time
+    Auto,
+    /// Photons, as part of the global map
+    Photons,
+    /// Rays to the lights from what the eye sees; photons carry the rest
+    Rays,
 }
 
 /// How the photons that a gather found are evaluated.

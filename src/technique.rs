@@ -1,5 +1,6 @@
 //! The techniques. Adding one is a Rust file, a GLSL folder and a row in [`TECHNIQUES`].
 
+mod path;
 mod rtpm;
 
 use crate::Result;
@@ -18,13 +19,25 @@ pub struct Row {
     pub paper: &'static str,
     /// How its expected image differs from the truth.
     pub bias: &'static str,
+    /// Whether it gathers photons: only then are buffers for them made and first radii found.
+    pub photons: bool,
     pub build: fn(&Engine) -> Result<Box<dyn Technique>>,
 }
 
 /// All techniques; the first is what `auto` takes.
-pub const TECHNIQUES: &[Row] = &[Row {
-    name: "rtpm",
-    paper: "Kern, Brüll, Grosch 2023",
-    bias: "blur of the photon radius, which shrinks to nothing",
-    build: |engine| Ok(Box::new(rtpm::Rtpm::new(engine)?)),
-}];
+pub const TECHNIQUES: &[Row] = &[
+    Row {
+        name: "rtpm",
+        paper: "Kern, Brüll, Grosch 2023",
+        bias: "blur of the photon radius, which shrinks to nothing",
+        photons: true,
+        build: |engine| Ok(Box::new(rtpm::Rtpm::new(engine)?)),
+    },
+    Row {
+        name: "path",
+        paper: "Kajiya 1986; Veach 1997",
+        bias: "nothing, but it does not see lights without area through smooth glass or in smooth mirrors",
+        photons: false,
+        build: |engine| Ok(Box::new(path::Path::new(engine)?)),
+    },
+];
