@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`plan`] | what is to be measured |
 //! | [`reference`] | the image that is taken for the truth |
-//! | [`race`] | variants side by side, one iteration at a time |
+//! | [`mod@race`] | variants side by side, one iteration at a time |
 //! | [`ablation`] | culling, evaluation and radius by themselves |
 //! | [`statistics`], [`standing`] | medians, intervals, and who is ahead |
 //! | [`about`] | device, driver, commit, command line |

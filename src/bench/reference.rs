@@ -100,14 +100,7 @@ pub fn make(
         plan.reference_budget.text()
     ));
     let technique = choose(plan, gpu, scene, settings, stop, say)?;
-    let halves = render(
-        gpu,
-        scene,
-        &settings,
-        technique,
-        plan.reference_budget,
-        stop,
-    )?;
+    let halves = render(gpu, scene, settings, technique, plan.reference_budget, stop)?;
     let mut picture = halves.renderer.picture()?;
     picture.metadata.seconds = halves.seconds;
     picture.metadata.iterations = halves.iterations;

@@ -26,7 +26,7 @@ pub fn html(results: &Results) -> Result<String> {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>lightfall bench</title>\n<style>\n{}</style>\n</head>\n<body>\n\
-         <h1>lightfall bench: {}</h1>\n",
+         <h1>lightfall bench</h1>\n<p>{}</p>\n",
         include_str!("report/style.css"),
         escape(&labels.join(", "))
     );
@@ -50,7 +50,7 @@ pub fn html(results: &Results) -> Result<String> {
 }
 
 fn summary(page: &mut String, results: &Results, labels: &[&str]) {
-    *page += "<h2>Who is ahead</h2>\n<div class=\"wide\"><table>\n<tr><th>scene</th>\
+    *page += "<h2>Who is ahead</h2>\n<div class=\"wide\"><table class=\"summary\">\n<tr><th>scene</th>\
               <th>equal time,<br>relMSE</th><th>equal time,<br>1 − SSIM</th>\
               <th>equal iterations,<br>relMSE</th><th>equal relMSE,<br>time</th></tr>\n";
     for scene in &results.scenes {
@@ -118,7 +118,7 @@ fn short(verdict: &Verdict, labels: &[&str]) -> String {
         .collect();
     match tied.len() {
         1 => format!(
-            "<strong>{}</strong><small>{} × {}</small>",
+            "<strong>{}</strong><small>{}× {}</small>",
             tied[0],
             number(next.value),
             interval(next)
@@ -144,7 +144,7 @@ fn sentence(standing: &Standing, labels: &[&str]) -> String {
         return format!("{head}: nobody to compare with.");
     };
     let times = |o: &(usize, Estimate)| {
-        format!("{} {} × {}", label(o.0), number(o.1.value), interval(&o.1))
+        format!("{} ({}× {})", label(o.0), number(o.1.value), interval(&o.1))
     };
     let list = |others: &[&(usize, Estimate)]| {
         others

@@ -154,6 +154,13 @@ fn first_below(curve: &[[f64; 2]], limit: f64) -> f64 {
 }
 
 impl Standing {
+    /// Who beats every other for certain.
+    pub fn winner(&self) -> Option<usize> {
+        let verdict = self.verdict()?;
+        let alone = verdict.others.iter().all(|o| Verdict::is_beaten(&o.1));
+        alone.then_some(verdict.best)
+    }
+
     /// `None` where there is nobody to compare with.
     pub fn verdict(&self) -> Option<Verdict> {
         let known = |r: &&Row| r.estimate.value.is_finite();

@@ -5,7 +5,7 @@ use super::{ablation, base64, escape, interval, number, sentence};
 use crate::Result;
 use crate::bench::data::{bias_and_variance, windows};
 use crate::bench::race::{METRICS, Track};
-use crate::bench::standing::{Equal, decay, of, standings};
+use crate::bench::standing::{Equal, Standing, decay, of, standings};
 use crate::bench::statistics::{Estimate, median, median_of};
 use crate::bench::{Results, SceneResults};
 use crate::image::{Rgb, Tone, auto_exposure, develop, encode_rgb8};
@@ -92,13 +92,13 @@ pub fn section(
 
 fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
     let standings = standings(&scene.tracks, labels.len());
-    let mut columns: Vec<(String, Vec<Option<Estimate>>)> = Vec::new();
+    let mut rows: Vec<(String, Vec<Option<Estimate>>)> = Vec::new();
     for standing in &standings {
         let head = match (standing.equal, standing.metric) {
-            (Equal::Time(s), Metric::Ssim) => format!("1 − SSIM<br>at {} s", number(s)),
-            (Equal::Time(s), _) => format!("relMSE<br>at {} s", number(s)),
-            (Equal::Iterations(n), _) => format!("relMSE at<br>{n} iterations"),
-            (Equal::Error(e), _) => format!("s to relMSE<br>{}", number(e)),
+            (Equal::Time(s), Metric::Ssim) => format!("1 − SSIM at {} s", number(s)),
+            (Equal::Time(s), _) => format!("relMSE at {} s", number(s)),
+            (Equal::Iterations(n), _) => format!("relMSE at {n} iterations"),
+            (Equal::Error(e), _) => format!("s to relMSE {}", number(e)),
         };
         let estimate = |v| {
             standing
@@ -107,27 +107,27 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
                 .find(|r| r.variant == v)
                 .map(|r| r.estimate)
         };
-        columns.push((head, (0..labels.len()).map(estimate).collect()));
+        rows.push((head, (0..labels.len()).map(estimate).collect()));
     }
-    let mut column = |head: &str, of_track: &dyn Fn(&Track) -> f64| {
+    let mut row = |head: &str, of_track: &dyn Fn(&Track) -> f64| {
         let estimate = |v| {
             let values: Vec<f64> = of(&scene.tracks, v).map(of_track).collect();
             (!values.is_empty()).then(|| median_of(&values))
         };
-        columns.push((head.into(), (0..labels.len()).map(estimate).collect()));
+        rows.push((head.into(), (0..labels.len()).map(estimate).collect()));
     };
     let last = |t: &Track, metric: Metric| {
         let index = METRICS.iter().position(|m| *m == metric).unwrap_or(0);
         t.checkpoints.last().map_or(f64::NAN, |c| c.errors[index])
     };
-    column("relMSE<br>trimmed, at the end", &|t| {
+    row("relMSE trimmed, at the end", &|t| {
         last(t, Metric::RelMseTrimmed)
     });
-    column("FLIP<br>at the end", &|t| t.flip);
-    column("ms per<br>iteration", &|t| {
+    row("FLIP at the end", &|t| t.flip);
+    row("ms per iteration", &|t| {
         1e3 * median(t.seconds.iter().copied())
     });
-    column("iterations", &|t| t.iterations() as f64);
+    row("iterations", &|t| t.iterations() as f64);
     let split = |v| bias_and_variance(scene, v);
     let fixed = |value: Option<f64>| {
         value.map(|value| Estimate {
@@ -135,47 +135,43 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
             interval: None,
         })
     };
-    columns.push((
-        "bias²<br>at the end".into(),
+    rows.push((
+        "bias² at the end".into(),
         (0..labels.len())
             .map(|v| fixed(split(v).map(|s| s.bias2)))
             .collect(),
     ));
-    columns.push((
-        "variance<br>at the end".into(),
+    rows.push((
+        "variance at the end".into(),
         (0..labels.len())
             .map(|v| fixed(split(v).map(|s| s.variance)))
             .collect(),
     ));
-    columns.push((
-        "decay<br>power".into(),
+    rows.push((
+        "decay power".into(),
         (0..labels.len()).map(|v| decay(&scene.tracks, v)).collect(),
     ));
 
     *page += "<div class=\"wide\"><table>\n<tr><th></th>";
-    for (head, _) in &columns {
-        let _ = write!(page, "<th>{head}</th>");
+    for label in labels {
+        let _ = write!(page, "<th>{}</th>", escape(label));
     }
     *page += "</tr>\n";
-    for (v, label) in labels.iter().enumerate() {
-        let _ = write!(page, "<tr><td>{}</td>", escape(label));
-        for (i, (_, estimates)) in columns.iter().enumerate() {
-            let Some(estimate) = estimates.get(v).copied().flatten() else {
-                *page += "<td>–</td>";
-                continue;
+    for (i, (head, estimates)) in rows.iter().enumerate() {
+        // Only the standings, which come first, say who is best.
+        let winner = standings.get(i).and_then(Standing::winner);
+        let _ = write!(page, "<tr><td>{head}</td>");
+        for (v, estimate) in estimates.iter().enumerate() {
+            let class = if winner == Some(v) {
+                " class=\"best\""
+            } else {
+                ""
             };
-            // Only the standings say who is best.
-            let verdict = standings.get(i).and_then(|s| s.verdict());
-            let best = verdict.is_some_and(|d| {
-                d.best == v && d.others.iter().all(|o| super::Verdict::is_beaten(&o.1))
-            });
-            let class = if best { " class=\"best\"" } else { "" };
-            let _ = write!(
-                page,
-                "<td{class}>{}<small>{}</small></td>",
-                number(estimate.value),
-                interval(&estimate)
-            );
+            let (value, interval) = match estimate {
+                Some(estimate) => (number(estimate.value), interval(estimate)),
+                None => ("–".into(), String::new()),
+            };
+            let _ = write!(page, "<td{class}>{value}<small>{interval}</small></td>");
         }
         *page += "</tr>\n";
     }
