@@ -79,9 +79,9 @@ const FIELDS: &[Field] = &[
 /// Floats of the high half, and of the low half after it.
 const HALF: usize = size_of::<FilmPixel>() / 8;
 
-/// Of a channel, all layers together.
-fn radiance(p: &FilmPixel, c: usize) -> f32 {
-    p.emission[c] + p.direct[c] + p.caustic[c] + p.global[c]
+/// What reaches the eye [nit].
+pub fn radiance(p: &FilmPixel) -> [f32; 3] {
+    std::array::from_fn(|c| p.emission[c] + p.direct[c] + p.caustic[c] + p.global[c])
 }
 
 impl Film {
@@ -123,10 +123,7 @@ impl Film {
                 .flat_map(|p| p[first..first + count].iter().copied())
                 .collect()
         };
-        let beauty = pixels
-            .iter()
-            .flat_map(|p| std::array::from_fn::<f32, 3, _>(|c| radiance(p, c)))
-            .collect();
+        let beauty = pixels.iter().flat_map(radiance).collect();
         let mut layers = vec![Layer::new("", RGB, beauty)];
         let of_mean = (iterations.max(2) - 1) as f32;
         let variance = pixels.iter().map(|p| p.variance / of_mean).collect();

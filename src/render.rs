@@ -19,7 +19,7 @@ use crate::{Error, Result};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-pub use accuracy::Accuracy;
+pub use accuracy::{Accuracy, next_look};
 pub use engine::Engine;
 pub use radius::shrink;
 

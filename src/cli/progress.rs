@@ -2,7 +2,7 @@
 
 use crate::{
     Result,
-    render::{Accuracy, Renderer},
+    render::{Accuracy, Renderer, next_look},
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -100,10 +100,6 @@ pub struct Progress {
 /// Errors are read back from the device, so they are not asked for more often.
 const INTERVAL: Duration = Duration::from_secs(1);
 
-/// Fewer iterations do not tell how much they vary. For an error as a limit they are looked at first after so many,
-/// then whenever there are an eighth more: a limit that is tested often is passed by chance too early.
-const FIRST_LOOK: u64 = 16;
-
 impl Progress {
     /// Starts the clock. There is a bar unless `quiet`, `json` or stderr is no terminal.
     pub fn start(limit: Limit, renderer: &Renderer, quiet: bool, json: bool) -> Self {
@@ -122,7 +118,7 @@ impl Progress {
             json,
             next: INTERVAL,
             error_95: f64::INFINITY,
-            next_look: FIRST_LOOK.max(renderer.iterations()),
+            next_look: next_look(0).max(renderer.iterations()),
         }
     }
 
@@ -151,7 +147,7 @@ impl Progress {
     /// To be called after each iteration.
     pub fn update(&mut self, renderer: &Renderer) -> Result<()> {
         if self.limit.error.is_some() && renderer.iterations() >= self.next_look {
-            self.next_look = renderer.iterations() * 9 / 8;
+            self.next_look = next_look(renderer.iterations());
             self.error_95 = renderer.accuracy()?.error_95;
         }
         let elapsed = self.start.elapsed();

@@ -10,6 +10,8 @@
 //!   2.08 of the difference's. [`BIAS_PER_DIFFERENCE`] is for steps. (Hachisuka, Jarosz & Jensen 2010 take B from
 //!   derivatives of the kernel, which presumes the first case.)
 
+use crate::film::radiance;
+use crate::image::luminance;
 use crate::shared::FilmPixel;
 
 /// See the [module](self).
@@ -33,10 +35,19 @@ pub struct Accuracy {
     pub bias: f64,
 }
 
+/// Iterations at which to look at the error again, for who waits for it to fall below a limit: first after 16, since fewer
+/// do not tell how much they vary, then an eighth more each time, since a limit tested often is passed by chance too early.
+pub fn next_look(iterations: u64) -> u64 {
+    (iterations * 9 / 8).max(16)
+}
+
 /// Of the means in `pixels`, row by row, after so many iterations; 1, all of it noise, where nothing is known yet.
 pub fn accuracy(pixels: &[FilmPixel], width: u32, iterations: u64) -> Accuracy {
     let width = (width as usize).max(1);
-    let luminances: Vec<f64> = pixels.iter().map(luminance).collect();
+    let luminances: Vec<f64> = pixels
+        .iter()
+        .map(|p| luminance(radiance(p)).into())
+        .collect();
     let mean = luminances.iter().sum::<f64>() / luminances.len().max(1) as f64;
     if iterations < 2 || mean.is_nan() || mean <= 0.0 {
         return Accuracy {
@@ -78,12 +89,6 @@ pub fn accuracy(pixels: &[FilmPixel], width: u32, iterations: u64) -> Accuracy {
         noise: noise2.sqrt(),
         bias: bias2.sqrt(),
     }
-}
-
-fn luminance(p: &FilmPixel) -> f64 {
-    let weights = [0.2126, 0.7152, 0.0722];
-    let channel = |c: usize| p.emission[c] + p.direct[c] + p.caustic[c] + p.global[c];
-    (0..3).map(|c| weights[c] * f64::from(channel(c))).sum()
 }
 
 /// Of the 3 × 3 pixels about one: a single bright outlier is no truth.
