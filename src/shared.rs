@@ -359,7 +359,7 @@ shared_structs! {
         depth: f32,
         /// Variance of one iteration's luminance.
         variance: f32,
-        /// See [`FramePixel::bias`], and the variance of one iteration's.
+        /// Of both maps (see [`FramePixel::bias`]), and the variance of one iteration's.
         bias: f32,
         bias_variance: f32,
         emission_low: [f32; 3],
@@ -384,9 +384,9 @@ shared_structs! {
         normal_w: [f32; 3],
         /// Distance from the eye to the first surface (m); 0 where there is none.
         depth: f32,
-        /// Luminance [nit] gathered within the radii less that within half of them: what shrinking them
-        /// would still change (see `render::accuracy`).
-        bias: f32,
+        /// Luminance [nit] gathered from the caustic and the global map within the radius less that within
+        /// half of it: what shrinking it would still change (see `render::accuracy`).
+        bias: [f32; 2],
     }
 
     /// The arguments of `view`.

@@ -80,7 +80,8 @@ EyePath begin_eye_path(Frame frame, uvec2 pixel, uint index) {
 FramePixel nothing_seen() {
     FramePixel seen;
     seen.emission = seen.direct = seen.caustic = seen.global = seen.albedo = seen.normal_w = vec3(0.0);
-    seen.depth = seen.bias = 0.0;
+    seen.depth = 0.0;
+    seen.bias = vec2(0.0);
     return seen;
 }
 
