@@ -137,9 +137,8 @@ fn choose(
 ) -> Result<&'static str> {
     let photons = TECHNIQUES
         .iter()
-        .map(|row| row.name)
-        .find(|name| *name != UNBIASED);
-    let photons = photons.unwrap_or(UNBIASED);
+        .find(|row| row.photons)
+        .map_or(UNBIASED, |row| row.name);
     if !TECHNIQUES.iter().any(|row| row.name == UNBIASED) {
         return Ok(photons);
     }

@@ -5,7 +5,7 @@ use super::{ablation, base64, escape, interval, number, sentence};
 use crate::Result;
 use crate::bench::data::{bias_and_variance, windows};
 use crate::bench::race::{METRICS, Track};
-use crate::bench::standing::{Equal, Standing, decay, of, standings};
+use crate::bench::standing::{self, Equal, Standing, decay, of, standings};
 use crate::bench::statistics::{Estimate, median, median_of};
 use crate::bench::{Results, SceneResults};
 use crate::image::{Rgb, Tone, auto_exposure, develop, encode_rgb8};
@@ -260,22 +260,9 @@ fn over_time(
     metric: Metric,
     level: Option<f64>,
 ) {
-    let index = METRICS.iter().position(|m| *m == metric).unwrap_or(0);
     let lines = labels.iter().enumerate().map(|(v, label)| {
-        // Checkpoints of the seeds are taken at about the same times: the k-th of each makes a point.
-        let tracks: Vec<&Track> = of(&scene.tracks, v).collect();
-        let count = tracks
-            .iter()
-            .map(|t| t.checkpoints.len())
-            .min()
-            .unwrap_or(0);
         let (mut points, mut band) = (Vec::new(), Vec::new());
-        for k in 0..count {
-            let at = |x: &dyn Fn(&crate::bench::race::Checkpoint) -> f64| -> Vec<f64> {
-                tracks.iter().map(|t| x(&t.checkpoints[k])).collect()
-            };
-            let time = median(at(&|c| c.seconds));
-            let error = median_of(&at(&|c| c.errors[index]));
+        for (time, error) in standing::over_time(&scene.tracks, v, metric) {
             points.push([time, error.value]);
             if let Some([low, high]) = error.interval {
                 band.push([time, low, high]);
