@@ -21,6 +21,8 @@ pub mod standing;
 pub mod statistics;
 
 use crate::gpu::Gpu;
+use crate::image::Rgb;
+use crate::metrics::{Split, split};
 use crate::scene::{self, Scene};
 use crate::settings::Settings;
 use crate::{Error, Result};
@@ -50,8 +52,10 @@ pub struct SceneResults {
     pub warnings: Vec<String>,
     pub size: [u32; 2],
     pub reference: Reference,
-    /// Of all seeds, seed by seed.
+    /// Of all seeds, seed by seed; only the first of each variant keeps its image.
     pub tracks: Vec<Track>,
+    /// Of each variant's last images.
+    pub splits: Vec<Option<Split>>,
     pub ablation: Option<Ablation>,
 }
 
@@ -134,6 +138,7 @@ fn run_scene(
         }
         tracks.extend(raced);
     }
+    let splits = split_and_drop(&mut tracks, variants.len(), &reference.image);
     let mut ablation = None;
     if let Some(base) = &plan.ablation
         && !stop()
@@ -153,8 +158,25 @@ fn run_scene(
         size,
         reference,
         tracks,
+        splits,
         ablation,
     })
+}
+
+/// Bias² and variance of each variant; then the images that no picture is made of are let go.
+fn split_and_drop(tracks: &mut [Track], variants: usize, reference: &Rgb) -> Vec<Option<Split>> {
+    let of_variant = |v| {
+        let images: Vec<&Rgb> = standing::of(tracks, v).map(|t| &t.image).collect();
+        split(&images, reference)
+    };
+    let splits = (0..variants).map(of_variant).collect();
+    for v in 0..variants {
+        let measured = tracks
+            .iter_mut()
+            .filter(|t| t.variant == v && !t.checkpoints.is_empty());
+        measured.skip(1).for_each(|t| t.image.pixels = Vec::new());
+    }
+    splits
 }
 
 fn find_reference(

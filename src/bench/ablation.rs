@@ -54,11 +54,22 @@ pub fn measure(course: &Course, base: &Settings, seconds: f64) -> Ablation {
         Some(track) if track.failure.is_none() => sweep(course, base, track, &end),
         _ => Vec::new(),
     };
-    Ablation {
+    let mut ablation = Ablation {
         variants,
         tracks,
         sweep,
-    }
+    };
+    // No picture is made of them.
+    let points = ablation
+        .sweep
+        .iter_mut()
+        .flat_map(|p| [&mut p.full, &mut p.stochastic]);
+    ablation
+        .tracks
+        .iter_mut()
+        .chain(points)
+        .for_each(|t| t.image.pixels = Vec::new());
+    ablation
 }
 
 fn sweep(course: &Course, base: &Settings, track: &Track, end: &End) -> Vec<SweepPoint> {

@@ -25,13 +25,13 @@ pub struct Reference {
 }
 
 /// The unbiased technique.
-const UNBIASED: &str = "path";
+pub const UNBIASED: &str = "path";
 /// Share of the reference's budget that decides which technique renders it.
-const TRIAL: f64 = 0.05;
+pub const TRIAL: f64 = 0.05;
 /// Path tracing is chosen unless its noise is above this many times the photon map's after the trial…
-const NOISIER: f64 = 4.0;
+pub const NOISIER: f64 = 4.0;
 /// …or it sees less light than this share of the photon map's: caustics of lamps too small to be hit are lost on it.
-const DARKER: f64 = 0.98;
+pub const DARKER: f64 = 0.98;
 
 /// Far from the seeds under test, which count from 0: halves of a reference.
 const SEEDS: [u64; 2] = [0xfffe_0000, 0xffff_0000];
@@ -47,7 +47,7 @@ pub fn file(plan: &Plan, scene: &Path) -> Result<Option<PathBuf>> {
         }
         Some(_) if plan.scenes.len() > 1 => Err(Error::Option {
             option: "--reference",
-            fault: "for several scenes, name a folder that holds a file <scene>.exr for each"
+            fault: "for several scenes, name a folder that holds a file SCENE.exr for each"
                 .into(),
         }),
         Some(path) => Ok(Some(path.clone())),
@@ -137,9 +137,8 @@ fn choose(
 ) -> Result<&'static str> {
     let photons = TECHNIQUES
         .iter()
-        .map(|row| row.name)
-        .find(|name| *name != UNBIASED);
-    let photons = photons.unwrap_or(UNBIASED);
+        .find(|row| row.photons)
+        .map_or(UNBIASED, |row| row.name);
     if !TECHNIQUES.iter().any(|row| row.name == UNBIASED) {
         return Ok(photons);
     }

@@ -1,5 +1,6 @@
 //! Who stands where: at equal time, at equal iterations, at equal error.
 
+use super::plan::checkpoints;
 use super::race::{Checkpoint, METRICS, Track};
 use super::statistics::{Estimate, median_of, median_ratio, slope};
 use crate::metrics::Metric;
@@ -98,6 +99,31 @@ pub fn standings(tracks: &[Track], variants: usize) -> Vec<Standing> {
 pub fn of(tracks: &[Track], variant: usize) -> impl Iterator<Item = &Track> {
     let measured = move |t: &&Track| t.variant == variant && !t.checkpoints.is_empty();
     tracks.iter().filter(measured)
+}
+
+/// A variant's error over time: seconds and the median over its seeds with its interval, at the budget's log-spaced shares
+/// of the time that all its seeds have been measured for.
+pub fn over_time(tracks: &[Track], variant: usize, metric: Metric) -> Vec<(f64, Estimate)> {
+    let seen = || of(tracks, variant).map(|t| &t.checkpoints);
+    let first = seen()
+        .filter_map(|c| c.first())
+        .map(|c| c.seconds)
+        .fold(0.0, f64::max);
+    let last = seen()
+        .filter_map(|c| c.last())
+        .map(|c| c.seconds)
+        .fold(f64::INFINITY, f64::min);
+    let times = checkpoints()
+        .map(|share| share * last)
+        .filter(|t| *t > first);
+    let times = std::iter::once(first).chain(times).filter(|t| *t <= last);
+    let at = |t| {
+        let errors: Vec<f64> = of(tracks, variant)
+            .map(|track| value(track, Equal::Time(t), metric))
+            .collect();
+        (t, median_of(&errors))
+    };
+    times.map(at).collect()
 }
 
 fn value(track: &Track, equal: Equal, metric: Metric) -> f64 {

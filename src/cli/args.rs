@@ -68,7 +68,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub seeds: u64,
 
-    /// What is taken for the truth: an .exr file, a folder with a <scene>.exr for each, or auto: a long render, kept in --cache
+    /// What is taken for the truth: an .exr file, a folder with a SCENE.exr for each, or auto: a long render, kept in --cache
     #[arg(long, value_name = "FILE|FOLDER|auto", default_value = "auto")]
     pub reference: PathBuf,
 

@@ -3,9 +3,9 @@
 use super::plot::{Axis, Line, Plot, bars};
 use super::{ablation, base64, escape, interval, number, sentence};
 use crate::Result;
-use crate::bench::data::{bias_and_variance, windows};
+use crate::bench::data::windows;
 use crate::bench::race::{METRICS, Track};
-use crate::bench::standing::{Equal, Standing, decay, of, standings};
+use crate::bench::standing::{self, Equal, Standing, decay, of, standings};
 use crate::bench::statistics::{Estimate, median, median_of};
 use crate::bench::{Results, SceneResults};
 use crate::image::{Rgb, Tone, auto_exposure, develop, encode_rgb8};
@@ -14,6 +14,9 @@ use std::fmt::Write;
 
 /// Pictures wider than this (px) are shrunk, or the page becomes too large to send.
 const PICTURE: usize = 512;
+
+/// Errors below so many times the reference's own say little.
+const CLEAR: f64 = 4.0;
 
 pub fn section(
     page: &mut String,
@@ -61,6 +64,19 @@ pub fn section(
         let _ = writeln!(page, "<p>{}</p>", sentence(standing, labels));
     }
     *page += "</div>\n";
+    let least = standings[0]
+        .rows
+        .iter()
+        .map(|r| r.estimate.value)
+        .fold(f64::INFINITY, f64::min);
+    if scene
+        .reference
+        .own_error
+        .is_some_and(|own| least < CLEAR * own)
+    {
+        *page += "<p><strong>The least relMSE is near the noise of the reference, which is part of every number here and blurs their \
+                  differences: a longer --reference-budget would tell more.</strong></p>\n";
+    }
     numbers(page, scene, labels);
     pictures(page, scene, labels)?;
     *page += "<div class=\"plots\">\n";
@@ -128,7 +144,7 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
         1e3 * median(t.seconds.iter().copied())
     });
     row("iterations", &|t| t.iterations() as f64);
-    let split = |v| bias_and_variance(scene, v);
+    let split = |v: usize| scene.splits.get(v).copied().flatten();
     let fixed = |value: Option<f64>| {
         value.map(|value| Estimate {
             value,
@@ -260,22 +276,9 @@ fn over_time(
     metric: Metric,
     level: Option<f64>,
 ) {
-    let index = METRICS.iter().position(|m| *m == metric).unwrap_or(0);
     let lines = labels.iter().enumerate().map(|(v, label)| {
-        // Checkpoints of the seeds are taken at about the same times: the k-th of each makes a point.
-        let tracks: Vec<&Track> = of(&scene.tracks, v).collect();
-        let count = tracks
-            .iter()
-            .map(|t| t.checkpoints.len())
-            .min()
-            .unwrap_or(0);
         let (mut points, mut band) = (Vec::new(), Vec::new());
-        for k in 0..count {
-            let at = |x: &dyn Fn(&crate::bench::race::Checkpoint) -> f64| -> Vec<f64> {
-                tracks.iter().map(|t| x(&t.checkpoints[k])).collect()
-            };
-            let time = median(at(&|c| c.seconds));
-            let error = median_of(&at(&|c| c.errors[index]));
+        for (time, error) in standing::over_time(&scene.tracks, v, metric) {
             points.push([time, error.value]);
             if let Some([low, high]) = error.interval {
                 band.push([time, low, high]);
