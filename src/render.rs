@@ -9,9 +9,9 @@ use crate::gpu::{DeviceKind, Gpu, Timings};
 use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
 use crate::scene::{Camera, Scene};
-use crate::settings::{Evaluate, Settings, Trace};
+use crate::settings::{AUTO, Evaluate, Settings, Trace};
 use crate::shared::Frame;
-use crate::technique::{TECHNIQUES, Technique};
+use crate::technique::{Row, TECHNIQUES, Technique};
 use crate::view::{View, camera_frame};
 use crate::world::{World, check_size};
 use crate::{Error, Result};
@@ -87,10 +87,7 @@ impl Renderer {
             film,
         };
         pilot::prepare(&mut engine, settings)?;
-        let row = TECHNIQUES
-            .iter()
-            .find(|row| settings.technique == row.name)
-            .unwrap_or(&TECHNIQUES[0]);
+        let row = choose_technique(gpu, &settings.technique)?;
         let technique = (row.build)(&engine)?;
         Ok(Self {
             settings: canonical(settings, &engine, row.name),
@@ -236,6 +233,24 @@ fn choose_trace(gpu: &Gpu, wish: Trace) -> Result<Trace> {
         Trace::Auto => Ok(Trace::Software),
         wish => Ok(wish),
     }
+}
+
+/// Boxes where the device traces rays in hardware; elsewhere the hashed grid is measured to be faster
+/// (benches/README.md).
+fn choose_technique(gpu: &Gpu, wish: &str) -> Result<&'static Row> {
+    let info = gpu.info();
+    let name = match wish {
+        AUTO if info.traces_in_hardware() || info.caps.subgroup_size == 0 => "rtpm",
+        AUTO => "hash-grid",
+        wish => wish,
+    };
+    TECHNIQUES
+        .iter()
+        .find(|row| row.name == name)
+        .ok_or_else(|| Error::Option {
+            option: "--technique",
+            fault: format!("there is no technique {name}"),
+        })
 }
 
 fn choose_camera<'a>(scene: &'a Scene, wish: Option<&str>) -> Result<&'a Camera> {

@@ -1,5 +1,7 @@
 //! The techniques. Adding one is a Rust file, a GLSL folder and a row in [`TECHNIQUES`].
 
+mod gather;
+mod hash_grid;
 mod rtpm;
 
 use crate::Result;
@@ -21,10 +23,18 @@ pub struct Row {
     pub build: fn(&Engine) -> Result<Box<dyn Technique>>,
 }
 
-/// All techniques; the first is what `auto` takes.
-pub const TECHNIQUES: &[Row] = &[Row {
-    name: "rtpm",
-    paper: "Kern, Brüll, Grosch 2023",
-    bias: "blur of the photon radius, which shrinks to nothing",
-    build: |engine| Ok(Box::new(rtpm::Rtpm::new(engine)?)),
-}];
+/// All techniques.
+pub const TECHNIQUES: &[Row] = &[
+    Row {
+        name: "rtpm",
+        paper: "Kern, Brüll, Grosch 2023",
+        bias: "blur of the photon radius, which shrinks to nothing",
+        build: |engine| Ok(Box::new(rtpm::Rtpm::new(engine)?)),
+    },
+    Row {
+        name: "hash-grid",
+        paper: "own, after Mara et al. 2013",
+        bias: "as rtpm",
+        build: |engine| Ok(Box::new(hash_grid::HashGrid::new(engine)?)),
+    },
+];

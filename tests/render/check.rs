@@ -6,6 +6,7 @@ use lightfall::image::Picture;
 use lightfall::render::Renderer;
 use lightfall::scene::Scene;
 use lightfall::settings::{Length, Settings, Trace};
+use lightfall::technique::{Row, TECHNIQUES};
 use std::ops::Deref;
 
 /// Standard errors that an estimate may be off: with a fixed seed this is decided once, and among a
@@ -49,6 +50,19 @@ impl Drop for Device {
     }
 }
 
+/// All techniques; those that trace no rays to find photons only on one traversal.
+pub fn techniques(device: &Device) -> Vec<(&'static str, Trace)> {
+    let traversals = device.traversals();
+    let of = |row: &Row| match row.name {
+        "rtpm" => traversals.clone(),
+        _ => vec![Trace::Software],
+    };
+    TECHNIQUES
+        .iter()
+        .flat_map(|row| of(row).into_iter().map(|trace| (row.name, trace)))
+        .collect()
+}
+
 /// Square images of `edge` pixels, `photons` light paths an iteration, one radius [m] for both maps.
 pub fn settings(edge: u32, photons: u32, radius: f32) -> Settings {
     Settings {
@@ -56,6 +70,7 @@ pub fn settings(edge: u32, photons: u32, radius: f32) -> Settings {
         photons: Some(photons),
         radius: Some(Length::World(radius)),
         caustic_radius: Some(Length::World(radius)),
+        technique: "rtpm".into(),
         ..Settings::default()
     }
 }
@@ -153,7 +168,7 @@ pub fn expected(scene: &Scene, edge: u32, radiance: impl Fn(Vec3, Vec3) -> Vec3)
     image
 }
 
-/// Holds a layer to a closed form on every traversal: the mean to 0.5 % and its standard error, each
+/// Holds a layer to a closed form in every technique and traversal: the mean to 0.5 % and its standard error, each
 /// of 3 × 3 blocks to both together; the standard error of the mean must be below 0.25 %, or the
 /// comparison would say nothing.
 pub fn check(
@@ -166,9 +181,10 @@ pub fn check(
     let device = Device::open();
     let edge = settings.size.unwrap()[0];
     let truth = block_means(&expected(scene, edge, radiance));
-    for trace in device.traversals() {
+    for (technique, trace) in techniques(&device) {
         let settings = Settings {
             trace,
+            technique: technique.into(),
             ..settings.clone()
         };
         let mut renderer = Renderer::new(&device, scene, &settings).unwrap();
@@ -176,22 +192,25 @@ pub fn check(
             block_means(layer(picture, name))
         });
         println!(
-            "{trace:?}: mean {:.5} ± {:.5} of the truth",
+            "{technique}, {trace:?}: mean {:.5} ± {:.5} of the truth",
             found[0].mean / truth[0],
             found[0].error / truth[0]
         );
         for (block, (f, t)) in found.iter().zip(&truth).enumerate() {
             let (off, sigma, percent) = ((f.mean - t).abs(), SIGMAS * f.error, 0.005 * t.abs());
             if block == 0 {
-                assert!(f.error <= 0.0025 * t, "{trace:?}: too noisy: {f:?} for {t}");
+                assert!(
+                    f.error <= 0.0025 * t,
+                    "{technique}, {trace:?}: too noisy: {f:?} for {t}"
+                );
                 assert!(
                     off <= percent && off <= sigma.max(1e-5 * t),
-                    "{trace:?}: mean {f:?} for {t}"
+                    "{technique}, {trace:?}: mean {f:?} for {t}"
                 );
             }
             assert!(
                 off <= sigma + percent,
-                "{trace:?}: block {block}: {f:?} for {t}"
+                "{technique}, {trace:?}: block {block}: {f:?} for {t}"
             );
         }
     }

@@ -8,5 +8,6 @@ mod furnace;
 mod limits;
 mod optics;
 mod repeatable;
+mod rivals;
 mod shapes;
 mod showroom;
