@@ -1,9 +1,11 @@
 //! Light paths: emission, storage without loss, and the order of the photons.
 
 use crate::Result;
-use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Pass, Timings};
+use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Pass, Ptr, Timings};
 use crate::shaders::spirv;
-use crate::shared::{CULL_CELLS, Counters, CullPush, EmitPush, Frame, Photon, PhotonKeysPush};
+use crate::shared::{
+    CULL_CELLS, Counters, CullPush, EmitPush, Frame, Photon, PhotonGrid, PhotonKeysPush,
+};
 use crate::sort::{Scan, Sort};
 use crate::view::View;
 use crate::world::World;
@@ -135,7 +137,8 @@ impl Photons {
         Ok((counters.first().copied().unwrap_or_default(), timings))
     }
 
-    /// Orders `count` photons by map and along a Hilbert curve; returns their indices in that order.
+    /// Orders `count` photons as `order` says, equal keys by their paths; returns their keys and
+    /// indices in that order.
     pub fn record_sort(
         &self,
         commands: &mut Commands,
@@ -143,12 +146,13 @@ impl Photons {
         frame: &Buffer<Frame>,
         paths: u32,
         count: u32,
-    ) -> &Buffer<u32> {
+        order: Order,
+    ) -> [Ptr<u32>; 2] {
         let (min, max) = world.bounds_w;
         let extent = (max - min).max(Vec3::splat(f32::MIN_POSITIVE));
         self.scan
             .record(commands, self.path_photons.ptr(), paths as usize + 1);
-        let push = PhotonKeysPush {
+        let mut push = PhotonKeysPush {
             frame: frame.ptr(),
             photons: self.photons.ptr(),
             path_offsets: self.path_photons.ptr(),
@@ -157,10 +161,30 @@ impl Photons {
             indices: self.sort.values[0].ptr(),
             min_w: min.into(),
             scale: (Vec3::splat(1024.0) / extent).into(),
+            ..Default::default()
         };
-        commands.dispatch(&self.keys, &push, paths as usize);
-        self.sort.record(commands, count as usize, KEY_BITS)
+        let (pass, bits) = match order {
+            Order::Hilbert => (&self.keys, KEY_BITS),
+            Order::Slots { keys, grids, bits } => {
+                push.grids = grids;
+                (keys, bits)
+            }
+        };
+        commands.dispatch(pass, &push, paths as usize);
+        self.sort.record(commands, count as usize, bits)
     }
+}
+
+/// What photons are sorted by.
+pub enum Order<'a> {
+    /// Map, then place on a Hilbert curve.
+    Hilbert,
+    /// Their slots in grids over the caustic and the global map, numbers of so many bits.
+    Slots {
+        keys: &'a Pass,
+        grids: Ptr<PhotonGrid>,
+        bits: u32,
+    },
 }
 
 /// Enough for most scenes; others grow.

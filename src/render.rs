@@ -10,9 +10,9 @@ use crate::gpu::{DeviceKind, Gpu, Timings};
 use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
 use crate::scene::{Camera, Scene};
-use crate::settings::{Direct, Evaluate, Settings, Trace};
+use crate::settings::{AUTO, Direct, Evaluate, Settings, Trace};
 use crate::shared::{FEATURE_DIRECT_RAYS, FEATURE_LEDGER, Frame};
-use crate::technique::{TECHNIQUES, Technique};
+use crate::technique::{Row, TECHNIQUES, Technique};
 use crate::view::{View, camera_frame};
 use crate::world::{World, check_size};
 use crate::{Error, Result};
@@ -60,10 +60,7 @@ impl Renderer {
         let trace = choose_trace(gpu, settings.trace)?;
         let camera = choose_camera(scene, settings.camera.as_deref())?;
         let size = settings.size.unwrap_or_else(|| default_size(camera));
-        let row = TECHNIQUES
-            .iter()
-            .find(|row| settings.technique == row.name)
-            .unwrap_or(&TECHNIQUES[0]);
+        let row = choose_technique(gpu, &settings.technique)?;
         let paths = match row.photons {
             true => settings.photons.unwrap_or_else(|| default_paths(gpu, size)),
             false => 0,
@@ -260,6 +257,24 @@ fn choose_trace(gpu: &Gpu, wish: Trace) -> Result<Trace> {
         Trace::Auto => Ok(Trace::Software),
         wish => Ok(wish),
     }
+}
+
+/// Boxes where the device traces rays in hardware; elsewhere the hashed grid is measured to be faster
+/// (benches/README.md).
+fn choose_technique(gpu: &Gpu, wish: &str) -> Result<&'static Row> {
+    let info = gpu.info();
+    let name = match wish {
+        AUTO if info.traces_in_hardware() || info.caps.subgroup_size == 0 => "rtpm",
+        AUTO => "hash-grid",
+        wish => wish,
+    };
+    TECHNIQUES
+        .iter()
+        .find(|row| row.name == name)
+        .ok_or_else(|| Error::Option {
+            option: "--technique",
+            fault: format!("there is no technique {name}"),
+        })
 }
 
 fn choose_camera<'a>(scene: &'a Scene, wish: Option<&str>) -> Result<&'a Camera> {

@@ -47,8 +47,8 @@ pub struct Settings {
     #[arg(long, value_enum, default_value_t = Settings::default().trace)]
     pub trace: Trace,
 
-    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length.
-    /// `path`: none are; paths from the eye alone
+    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length; `hash-grid`: in a
+    /// hashed grid. `path`: none are; paths from the eye alone
     #[arg(long, default_value_t = Settings::default().technique,
           value_parser = clap::builder::PossibleValuesParser::new(technique_names()))]
     pub technique: String,
@@ -86,7 +86,8 @@ pub struct Settings {
     pub ledger: bool,
 }
 
-const AUTO: &str = "auto";
+/// [`Settings::technique`] chosen by the device.
+pub const AUTO: &str = "auto";
 
 /// What [`Settings::technique`] may say.
 fn technique_names() -> impl Iterator<Item = &'static str> {

@@ -110,6 +110,7 @@ pub fn glsl_header() -> String {
     }
     header.text += &format!("const uint GROUP_SIZE = {GROUP_SIZE}u;\n");
     header.text += &format!("const float FOLD_COSINE = {FOLD_COSINE:?};\n");
+    header.text += &format!("const float GRID_JOIN = {GRID_JOIN:?};\n");
     <Ptr<f32>>::declare(&mut header);
     declare_structs(&mut header);
     header.text
@@ -117,6 +118,10 @@ pub fn glsl_header() -> String {
 
 /// Faces whose normals differ by more are folded: no photon counts across, and no kernel reaches.
 pub const FOLD_COSINE: f32 = 0.5;
+
+/// Points search a hashed grid together that lie within so many radii of one of them, along each axis: the
+/// rows of cells that they reach then span at most four cells of edge 2r.
+pub const GRID_JOIN: f32 = 1.9;
 
 shared_constants! {
     /// "There is none": no texture, no hit, no child.
@@ -162,6 +167,8 @@ shared_constants! {
     PHOTON_LEAF = 8;
     /// An inner node of the software photon tree has 2 to this power children: 2 or 4.
     PHOTON_FANOUT_LOG2 = 2;
+    /// Cells of a photon grid along an axis, less one: f32 still tells them apart.
+    GRID_CELL_MAX = (1 << 22) - 1;
     /// Radix sort: bits of a digit, and keys that one thread counts and scatters in order.
     SORT_DIGIT_BITS = 8;
     SORT_CHUNK = 256;
@@ -437,9 +444,11 @@ shared_structs! {
         path_slots: Ptr<u32>,
         keys: Ptr<u32>,
         indices: Ptr<u32>,
-        /// The box that holds all photons.
+        /// The box that holds all photons, for the Hilbert curve.
         min_w: [f32; 3],
         scale: [f32; 3],
+        /// Of the caustic and the global map, for slots.
+        grids: Ptr<PhotonGrid>,
     }
 
     struct SortPush {
@@ -469,6 +478,28 @@ shared_structs! {
         first: [u32; 2],
         count: [u32; 2],
         first_leaf: [u32; 2],
+        caustic_grid: PhotonGrid,
+        global_grid: PhotonGrid,
+    }
+
+    /// A hashed grid over one photon map (see `grid.glsl`).
+    struct PhotonGrid {
+        /// Photons of slot s lie from `starts[s]` to before `starts[s + 1]`.
+        starts: Ptr<u32>,
+        /// Corner of the grid, and cells per metre.
+        min_w: [f32; 3],
+        scale: [f32; 3],
+        first_slot: u32,
+        /// Slots of each of the table's 16 parts, a power of two.
+        row_slots: u32,
+    }
+
+    struct GridStartsPush {
+        keys: Ptr<u32>,
+        starts: Ptr<u32>,
+        /// Of photons.
+        count: u32,
+        slots: u32,
     }
 
     /// An axis-aligned box, as acceleration structures want it.

@@ -90,9 +90,9 @@ impl Sort {
         })
     }
 
-    /// Sorts the first `count` pairs of `keys[0]` and `values[0]` by the low `bits` of the keys; the
-    /// values end in the buffer that is returned.
-    pub fn record(&self, commands: &mut Commands, count: usize, bits: u32) -> &Buffer<u32> {
+    /// Sorts the first `count` pairs of `keys[0]` and `values[0]` by the low `bits` of the keys; keys and
+    /// values end in the buffers that are returned.
+    pub fn record(&self, commands: &mut Commands, count: usize, bits: u32) -> [Ptr<u32>; 2] {
         let chunks = count.div_ceil(SORT_CHUNK as usize);
         let mut from = 0;
         for shift in (0..bits).step_by(SORT_DIGIT_BITS as usize) {
@@ -111,6 +111,6 @@ impl Sort {
             commands.dispatch(&self.scatter, &push, chunks);
             from = 1 - from;
         }
-        &self.values[from]
+        [self.keys[from].ptr(), self.values[from].ptr()]
     }
 }

@@ -1,5 +1,7 @@
 //! The techniques. Adding one is a Rust file, a GLSL folder and a row in [`TECHNIQUES`].
 
+mod gather;
+mod hash_grid;
 mod path;
 mod rtpm;
 
@@ -24,7 +26,7 @@ pub struct Row {
     pub build: fn(&Engine) -> Result<Box<dyn Technique>>,
 }
 
-/// All techniques; the first is what `auto` takes.
+/// All techniques.
 pub const TECHNIQUES: &[Row] = &[
     Row {
         name: "rtpm",
@@ -32,6 +34,13 @@ pub const TECHNIQUES: &[Row] = &[
         bias: "blur of the photon radius, which shrinks to nothing",
         photons: true,
         build: |engine| Ok(Box::new(rtpm::Rtpm::new(engine)?)),
+    },
+    Row {
+        name: "hash-grid",
+        paper: "own, after Mara et al. 2013",
+        bias: "as rtpm",
+        photons: true,
+        build: |engine| Ok(Box::new(hash_grid::HashGrid::new(engine)?)),
     },
     Row {
         name: "path",

@@ -17,45 +17,55 @@ const FOUND: [f64; 2] = [10.0, 100.0];
 const RADIUS_MAX: f32 = 0.2;
 const STEPS: usize = 1000;
 
-/// Medians [ms].
+/// Medians [ms], and how many pixels of the last iteration's picture differ from the first variant's
+/// by more than 1e-4 of their value.
 struct Cost {
     sort: f64,
     build: f64,
     gather: f64,
+    differ: usize,
 }
+
+/// What searches: a name, a row of the techniques, a traversal.
+type Variant = (&'static str, &'static str, Trace);
+const VARIANTS: &[Variant] = &[
+    ("row grid", "hash-grid", Trace::Software),
+    ("tree", "rtpm", Trace::Software),
+    ("ray query", "rtpm", Trace::Query),
+];
 
 pub fn run(gpu: &Gpu) -> Result<()> {
     let scene = room(8, 3);
     let (paths, counts) = calibrate(gpu, &scene)?;
+    let has = |v: &&Variant| v.2 != Trace::Query || gpu.info().caps.ray_query;
+    let variants: Vec<&Variant> = VARIANTS.iter().filter(has).collect();
     println!(
-        "| gather | found | radius [m] | | sort [ms] | build [ms] | gather [ms] | build + gather | with sort |"
+        "| found | radius [m] | photons in | sort [ms] | build [ms] | gather [ms] | sum [ms] | of the row grid's | pixels that differ |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for wish in FOUND {
         let step = counts.iter().position(|c| *c >= wish).unwrap_or(STEPS - 1);
         let radius = RADIUS_MAX * (step + 1) as f32 / STEPS as f32;
-        let (costs, differ) = measure(gpu, &scene, paths, radius)?;
-        let totals = costs
-            .each_ref()
-            .map(|c| [c.build + c.gather, c.sort + c.build + c.gather]);
-        for (name, cost, total) in [
-            ("software", &costs[0], totals[0]),
-            ("ray query", &costs[1], totals[1]),
-        ] {
+        let costs = measure(gpu, &scene, paths, radius, &variants)?;
+        let sum = |c: &Cost| c.sort + c.build + c.gather;
+        for (variant, cost) in variants.iter().zip(&costs) {
             println!(
-                "| 200k photons | {:.1} | {radius:.4} | {name} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} |",
-                counts[step], cost.sort, cost.build, cost.gather, total[0], total[1]
+                "| {:.1} | {radius:.4} | {} | {:.1} | {:.1} | {:.1} | {:.1} | **{:.2}** | {} |",
+                counts[step],
+                variant.0,
+                cost.sort,
+                cost.build,
+                cost.gather,
+                sum(cost),
+                sum(cost) / sum(&costs[0]),
+                cost.differ,
             );
         }
-        let [own, all] = [0, 1].map(|i| totals[1][i] / totals[0][i]);
-        let gather = costs[1].gather / costs[0].gather;
-        println!("| | | | ratio | | | {gather:.2} | **{own:.2}** | **{all:.2}** |");
-        println!("\n{differ} of 262144 pixels differ by more than 1e-4 of their value\n");
     }
     Ok(())
 }
 
-fn settings(paths: u32, radius: f32, trace: Trace) -> Settings {
+fn settings(paths: u32, radius: f32, technique: &str, trace: Trace) -> Settings {
     let radius = Some(Length::World(radius));
     Settings {
         size: Some([512; 2]),
@@ -65,6 +75,7 @@ fn settings(paths: u32, radius: f32, trace: Trace) -> Settings {
         // The radius stays what it is.
         alpha: 1.0 - f32::EPSILON,
         trace,
+        technique: technique.into(),
         // Photons everywhere, whatever the device would choose.
         cull: Switch::Off,
         ..Settings::default()
@@ -76,7 +87,8 @@ fn settings(paths: u32, radius: f32, trace: Trace) -> Settings {
 fn calibrate(gpu: &Gpu, scene: &Scene) -> Result<(u32, Vec<f64>)> {
     let mut paths = 50_000;
     loop {
-        let mut renderer = Renderer::new(gpu, scene, &settings(paths, 1e-3, Trace::Software))?;
+        let mut renderer =
+            Renderer::new(gpu, scene, &settings(paths, 1e-3, "rtpm", Trace::Software))?;
         renderer.iterate()?;
         let stored = renderer
             .ledger()
@@ -112,12 +124,17 @@ fn calibrate(gpu: &Gpu, scene: &Scene) -> Result<(u32, Vec<f64>)> {
     }
 }
 
-/// Costs of software and ray query, and how many pixels of their last iteration's picture differ.
-fn measure(gpu: &Gpu, scene: &Scene, paths: u32, radius: f32) -> Result<([Cost; 2], usize)> {
-    let [software, query] = [Trace::Software, Trace::Query]
-        .map(|trace| Renderer::new(gpu, scene, &settings(paths, radius, trace)));
-    let mut renderers = [software?, query?];
-    let mut times: [BTreeMap<&str, Vec<f64>>; 2] = Default::default();
+/// Costs of each variant.
+fn measure(
+    gpu: &Gpu,
+    scene: &Scene,
+    paths: u32,
+    radius: f32,
+    variants: &[&Variant],
+) -> Result<Vec<Cost>> {
+    let renderer = |v: &&Variant| Renderer::new(gpu, scene, &settings(paths, radius, v.1, v.2));
+    let mut renderers = variants.iter().map(renderer).collect::<Result<Vec<_>>>()?;
+    let mut times = vec![BTreeMap::<&str, Vec<f64>>::new(); variants.len()];
     for run in 0..=RUNS {
         for (renderer, times) in renderers.iter_mut().zip(&mut times) {
             let before: BTreeMap<_, _> = renderer.timings().into_iter().collect();
@@ -131,7 +148,7 @@ fn measure(gpu: &Gpu, scene: &Scene, paths: u32, radius: f32) -> Result<([Cost; 
                     "sort" | "scan" => "sort",
                     "gather" => "gather",
                     "view" | "emit" | "cull" | "film" | "host" => continue,
-                    // Boxes and trees, or boxes and acceleration structures.
+                    // Boxes and trees, boxes and acceleration structures, or tables.
                     _ => "build",
                 };
                 *parts.entry(part).or_default() += ms - before.get(pass).unwrap_or(&0.0);
@@ -141,35 +158,31 @@ fn measure(gpu: &Gpu, scene: &Scene, paths: u32, radius: f32) -> Result<([Cost; 
             }
         }
     }
-    let costs = times.map(|mut times| {
-        let [sort, build, gather] =
-            ["sort", "build", "gather"].map(|part| times.get_mut(part).map_or(0.0, |t| median(t)));
-        Cost {
-            sort,
-            build,
-            gather,
+    let mut costs = Vec::new();
+    let mut first = Vec::new();
+    for (renderer, mut times) in renderers.iter().zip(times) {
+        let layers = renderer.picture()?.layers;
+        let beauty = layers.into_iter().find(|l| l.name.is_empty());
+        let beauty = beauty.map_or(Vec::new(), |l| l.pixels);
+        if first.is_empty() {
+            first = beauty.clone();
         }
-    });
-    let mut beauty = Vec::new();
-    for renderer in &renderers {
-        beauty.push(
-            renderer
-                .picture()?
-                .layers
-                .into_iter()
-                .find(|l| l.name.is_empty())
-                .map_or(Vec::new(), |l| l.pixels),
-        );
+        let differs = |(a, b): &(&[f32], &[f32])| {
+            a.iter()
+                .zip(*b)
+                .any(|(a, b)| (a - b).abs() > 1e-4 * a.abs())
+        };
+        let mut of = |part| times.get_mut(part).map_or(0.0, |t| median(t));
+        costs.push(Cost {
+            sort: of("sort"),
+            build: of("build"),
+            gather: of("gather"),
+            differ: first
+                .chunks(3)
+                .zip(beauty.chunks(3))
+                .filter(differs)
+                .count(),
+        });
     }
-    let differs = |(a, b): &(&[f32], &[f32])| {
-        a.iter()
-            .zip(*b)
-            .any(|(a, b)| (a - b).abs() > 1e-4 * a.abs())
-    };
-    let differ = beauty[0]
-        .chunks(3)
-        .zip(beauty[1].chunks(3))
-        .filter(differs)
-        .count();
-    Ok((costs, differ))
+    Ok(costs)
 }

@@ -1,6 +1,7 @@
 // Marks the culling mask (see lib/cull.glsl). In: ViewSamples, the global radius [m]. Out: mask bits.
 #version 460
 #include "lib/pass.glsl"
+#include "lib/math.glsl"
 #include "lib/cull.glsl"
 
 PUSH(CullPush);

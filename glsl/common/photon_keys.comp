@@ -1,11 +1,21 @@
 // Photons in the order of their paths, each with its sort key: the map, then its
-// position on a Hilbert curve, 31 bits in all. Path order makes the sorted order, and so every float sum
+// position on a Hilbert curve, 31 bits in all; or its slot in a grid. Path order makes the sorted order, and so every float sum
 // over photons, independent of which thread came first.
 // In: Photons, slots and offsets of each path. Out: keys and photon indices.
 #version 460
 #include "lib/pass.glsl"
+#ifdef NEAR_GRID
+#include "lib/math.glsl"
+#include "lib/grid.glsl"
+#endif
 
 PUSH(PhotonKeysPush);
+
+#ifdef NEAR_GRID
+
+uint key_of(uint map, vec3 position_w) { return grid_slot(push.grids.at[map], position_w); }
+
+#else
 
 // Bits of x moved three apart.
 uint spread(uint x) {
@@ -37,6 +47,12 @@ uint hilbert(uvec3 x) {
     return spread(x.x) << 2u | spread(x.y) << 1u | spread(x.z);
 }
 
+uint key_of(uint map, vec3 position_w) {
+    return map << 30 | hilbert(uvec3(clamp((position_w - push.min_w) * push.scale, vec3(0.0), vec3(1023.0))));
+}
+
+#endif
+
 void main() {
     Frame frame = push.frame.at[0];
     uint path = thread_index();
@@ -46,8 +62,7 @@ void main() {
     for (uint i = 0u; to + i < end; i++) {
         uint slot = push.path_slots.at[path * frame.max_depth + i];
         uint index = slot & 0x7fffffffu;
-        uvec3 cell = uvec3(clamp((push.photons.at[index].position_w - push.min_w) * push.scale, vec3(0.0), vec3(1023.0)));
-        push.keys.at[to + i] = (slot >> 31) << 30 | hilbert(cell);
+        push.keys.at[to + i] = key_of(slot >> 31, push.photons.at[index].position_w);
         push.indices.at[to + i] = index;
     }
 }

@@ -1,4 +1,4 @@
-// Small geometry: constants, octahedral directions, frames, luminance.
+// Small geometry: constants, octahedral directions, frames, luminance; a hash.
 const float PI = 3.14159265358979;
 
 float square(float x) { return x * x; }
@@ -45,4 +45,13 @@ vec3 sample_cone(vec2 u, float cos_max) {
     float z = 1.0 - u.x * (1.0 - cos_max), phi = 2.0 * PI * u.y;
     float r = sqrt(max(0.0, 1.0 - z * z));
     return vec3(r * cos(phi), r * sin(phi), z);
+}
+
+// Integer hash (Wang 2007), which Kern et al. 2023 and Mara et al. 2013 take for grid cells.
+uint wang_hash(uint key) {
+    key = (key ^ 61u) ^ (key >> 16u);
+    key *= 9u;
+    key ^= key >> 4u;
+    key *= 0x27d4eb2du;
+    return key ^ (key >> 15u);
 }

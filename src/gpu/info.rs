@@ -54,6 +54,8 @@ pub struct Caps {
     pub max_texture_size: u32,
     /// Textures in a [`super::TextureArray`].
     pub max_textures: u32,
+    /// Threads of a subgroup, where those of a compute shader can vote, broadcast and reduce; else 0.
+    pub subgroup_size: u32,
     /// Queue family for all work and its count of valid timestamp bits.
     pub(super) queue_family: u32,
     pub(super) timestamp_bits: u32,
@@ -165,6 +167,20 @@ fn describe_1_2(raw: &ash::Instance, physical: vk::PhysicalDevice, caps: &mut Ca
         if present == vk::FALSE {
             caps.missing.push(name);
         }
+    }
+    let subgroup_operations = vk::SubgroupFeatureFlags::BASIC
+        | vk::SubgroupFeatureFlags::VOTE
+        | vk::SubgroupFeatureFlags::BALLOT
+        | vk::SubgroupFeatureFlags::ARITHMETIC;
+    let in_compute = p11
+        .subgroup_supported_stages
+        .contains(vk::ShaderStageFlags::COMPUTE);
+    if in_compute
+        && p11
+            .subgroup_supported_operations
+            .contains(subgroup_operations)
+    {
+        caps.subgroup_size = p11.subgroup_size;
     }
     let accel_structure = accel.acceleration_structure == vk::TRUE;
     caps.ray_query = accel_structure && query.ray_query == vk::TRUE;

@@ -4,7 +4,7 @@ use super::radius::shrink;
 use crate::Result;
 use crate::film::Film;
 use crate::gpu::{Buffer, Commands, Gpu, Ptr, Timings};
-use crate::photons::Photons;
+use crate::photons::{Order, Photons};
 use crate::settings::Evaluate;
 use crate::shared::{Counters, Frame};
 use crate::view::View;
@@ -79,18 +79,22 @@ impl Engine {
         }
     }
 
-    /// Puts the photons in order; returns their indices.
-    pub fn record_sort(&self, commands: &mut Commands, counts: [u32; 2]) -> Ptr<u32> {
+    /// Puts the photons in order; returns their keys and indices.
+    pub fn record_sort(
+        &self,
+        commands: &mut Commands,
+        counts: [u32; 2],
+        order: Order,
+    ) -> [Ptr<u32>; 2] {
         let count = counts[0] + counts[1];
-        self.photons
-            .record_sort(
-                commands,
-                &self.world,
-                &self.frame,
-                self.frame_data.paths,
-                count,
-            )
-            .ptr()
+        self.photons.record_sort(
+            commands,
+            &self.world,
+            &self.frame,
+            self.frame_data.paths,
+            count,
+            order,
+        )
     }
 
     /// Adds the iteration to the film.
@@ -103,6 +107,11 @@ impl Engine {
         let timings = commands.submit()?;
         self.add_timings(timings.clone());
         Ok(timings)
+    }
+
+    /// Radii (m) of the caustic and the global map in the iteration under way.
+    pub fn radius(&self) -> [f32; 2] {
+        self.frame_data.radius
     }
 
     /// The number of the iteration under way, from 0.

@@ -9,5 +9,6 @@ mod limits;
 mod optics;
 mod partition;
 mod repeatable;
+mod rivals;
 mod shapes;
 mod showroom;

@@ -8,6 +8,7 @@ use lightfall::image::{Display, Exposure, Picture, Tone, read_picture, write};
 use lightfall::render::Renderer;
 use lightfall::scene::Scene;
 use lightfall::settings::{Settings, Trace};
+use lightfall::technique::TECHNIQUES;
 
 fn software(seed: u64) -> Settings {
     Settings {
@@ -49,16 +50,23 @@ fn assert_same_bits(a: &Picture, b: &Picture) {
 fn a_seed_gives_the_same_bits() {
     let device = Device::open();
     let scene = showroom(&device);
-    let first = render(&device, &scene, &software(1), None, 3);
-    assert_same_bits(&first, &render(&device, &scene, &software(1), None, 3));
-    // Seeds beyond 32 bits count too.
-    for seed in [2, 1 << 32 | 1] {
-        let other = render(&device, &scene, &software(seed), None, 3);
-        assert_ne!(
-            layer(&first, "global"),
-            layer(&other, "global"),
-            "seed {seed}"
-        );
+    for row in TECHNIQUES {
+        let settings = |seed| Settings {
+            technique: row.name.into(),
+            ..software(seed)
+        };
+        let first = render(&device, &scene, &settings(1), None, 3);
+        assert_same_bits(&first, &render(&device, &scene, &settings(1), None, 3));
+        // Seeds beyond 32 bits count too.
+        for seed in [2, 1 << 32 | 1] {
+            let other = render(&device, &scene, &settings(seed), None, 3);
+            assert_ne!(
+                layer(&first, "global"),
+                layer(&other, "global"),
+                "{}, seed {seed}",
+                row.name
+            );
+        }
     }
 }
 
