@@ -66,7 +66,7 @@ impl Renderer {
             false => 0,
         };
         let max_depth = settings.max_depth;
-        let rays = settings.direct == Direct::Rays;
+        let rays = settings.direct != Direct::Photons;
         let direct = if rays { FEATURE_DIRECT_RAYS } else { 0 };
 
         let world = World::new(gpu, scene, trace)?;

@@ -7,7 +7,7 @@ use lightfall::Result;
 use lightfall::gpu::Gpu;
 use lightfall::render::Renderer;
 use lightfall::scene::Scene;
-use lightfall::settings::{Length, Settings, Switch, Trace};
+use lightfall::settings::{Direct, Length, Settings, Switch, Trace};
 use std::collections::BTreeMap;
 
 const PHOTONS: u64 = 200_000;
@@ -78,6 +78,7 @@ fn settings(paths: u32, radius: f32, technique: &str, trace: Trace) -> Settings 
         technique: technique.into(),
         // Photons everywhere, whatever the device would choose.
         cull: Switch::Off,
+        direct: Direct::Photons,
         ..Settings::default()
     }
 }

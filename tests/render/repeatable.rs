@@ -7,13 +7,14 @@ use lightfall::gpu::Gpu;
 use lightfall::image::{Display, Exposure, Picture, Tone, read_picture, write};
 use lightfall::render::Renderer;
 use lightfall::scene::Scene;
-use lightfall::settings::{Settings, Trace};
+use lightfall::settings::{Direct, Settings, Trace};
 use lightfall::technique::TECHNIQUES;
 
 fn software(seed: u64) -> Settings {
     Settings {
         trace: Trace::Software,
         seed,
+        direct: Direct::Rays,
         ..settings(16, 2_000, 0.1)
     }
 }
@@ -132,6 +133,14 @@ fn resuming_something_else_is_refused() {
             ..software(1)
         },
         "settings",
+    );
+    refuses(
+        &scene,
+        Settings {
+            direct: Direct::Photons,
+            ..software(1)
+        },
+        "direct rays",
     );
     scene.hash = [8; 32];
     refuses(&scene, software(1), "scene");
