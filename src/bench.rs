@@ -3,7 +3,7 @@
 //! | room | what it does |
 //! |---|---|
 //! | [`plan`] | what is to be measured |
-//! | [`reference`] | the image that is taken for the truth |
+//! | [`mod@reference`] | the image that is taken for the truth |
 //! | [`mod@race`] | variants side by side, one iteration at a time |
 //! | [`ablation`] | culling, evaluation and radius by themselves |
 //! | [`statistics`], [`standing`] | medians, intervals, and who is ahead |

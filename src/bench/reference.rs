@@ -47,8 +47,7 @@ pub fn file(plan: &Plan, scene: &Path) -> Result<Option<PathBuf>> {
         }
         Some(_) if plan.scenes.len() > 1 => Err(Error::Option {
             option: "--reference",
-            fault: "for several scenes, name a folder that holds a file SCENE.exr for each"
-                .into(),
+            fault: "for several scenes, name a folder that holds a file SCENE.exr for each".into(),
         }),
         Some(path) => Ok(Some(path.clone())),
     }
