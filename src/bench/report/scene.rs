@@ -36,7 +36,7 @@ pub fn section(
         });
     let _ = writeln!(
         page,
-        "<h2>{}</h2>\n<p>{} triangles, {width} × {height} pixels. Reference: {}; {own}.</p>",
+        "<h2 class=\"scene\">{}</h2>\n<p>{} triangles, {width} × {height} pixels. Reference: {}; {own}.</p>",
         escape(&scene.name),
         scene.triangles,
         escape(&scene.reference.origin)
@@ -191,7 +191,8 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
         }
         *page += "</tr>\n";
     }
-    *page += "</table></div>\n<p>Green: better than every other with its whole interval. Bias² and variance are the relMSE's parts, told apart by \
+    *page += "</table></div>\n<p>Green: better than every other with its whole interval. A time to an error that was reached before the first \
+              measurement is that measurement's. Bias² and variance are the relMSE's parts, told apart by \
               the seeds; bias² contains the reference's own error and comes out below 0 where noise hides it. The decay power is the slope of log relMSE over log time \
               in the last decade: −2/3 where a photon map's bias and variance balance, −1 for a path tracer, towards 0 at \
               the reference's own error.</p>\n";
