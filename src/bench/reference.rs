@@ -2,7 +2,7 @@
 
 use super::plan::{Budget, Plan};
 use super::race::beauty;
-use crate::gpu::Gpu;
+use super::{Progress, Session};
 use crate::image::{
     Display, Exposure, Layer, Rgb, Tone, luminance, read_layer, read_picture, write,
 };
@@ -79,15 +79,14 @@ pub fn read(path: &Path) -> Result<Reference> {
 /// Two renders of different seeds make the halves of the reference, so that half their difference is its noise.
 ///
 /// # Errors
-/// Rendering failed, or was stopped by `stop` before both halves had an iteration.
+/// Rendering failed, or was stopped.
 pub fn make(
     plan: &Plan,
-    gpu: &Gpu,
+    session: &Session,
     scene: &Scene,
     settings: &Settings,
-    stop: &dyn Fn() -> bool,
-    say: &dyn Fn(&str),
 ) -> Result<Reference> {
+    let say = session.say;
     let path = cache_file(plan, scene, settings);
     if let Ok(reference) = read_cached(&path, plan.reference_budget) {
         say(&format!("reference: {}", path.display()));
@@ -98,8 +97,8 @@ pub fn make(
         "reference: rendering for {}",
         plan.reference_budget.text()
     ));
-    let technique = choose(plan, gpu, scene, settings, stop, say)?;
-    let halves = render(gpu, scene, settings, technique, plan.reference_budget, stop)?;
+    let technique = choose(plan, session, scene, settings)?;
+    let halves = render(session, scene, settings, technique, plan.reference_budget)?;
     let mut picture = halves.renderer.picture()?;
     picture.metadata.seconds = halves.seconds;
     picture.metadata.iterations = halves.iterations;
@@ -128,11 +127,9 @@ pub fn make(
 /// The technique to render the reference with: the unbiased one wherever it can see the light.
 fn choose(
     plan: &Plan,
-    gpu: &Gpu,
+    session: &Session,
     scene: &Scene,
     settings: &Settings,
-    stop: &dyn Fn() -> bool,
-    say: &dyn Fn(&str),
 ) -> Result<&'static str> {
     let photons = TECHNIQUES
         .iter()
@@ -143,7 +140,7 @@ fn choose(
     }
     let budget = plan.reference_budget.times(TRIAL);
     let trial = |technique| -> Result<[f64; 2]> {
-        let [a, b] = render(gpu, scene, settings, technique, budget, stop)?.images;
+        let [a, b] = render(session, scene, settings, technique, budget)?.images;
         let light = a
             .pixels
             .iter()
@@ -154,7 +151,7 @@ fn choose(
     };
     let ([path_light, path_noise], [light, noise]) = (trial(UNBIASED)?, trial(photons)?);
     let (brightness, noisiness) = (path_light / light, path_noise / noise);
-    say(&format!(
+    (session.say)(&format!(
         "reference: {UNBIASED} sees {:.1} % of the light of {photons} with {noisiness:.2} times its noise",
         100.0 * brightness
     ));
@@ -175,12 +172,11 @@ struct Halves {
 }
 
 fn render(
-    gpu: &Gpu,
+    session: &Session,
     scene: &Scene,
     settings: &Settings,
     technique: &str,
     budget: Budget,
-    stop: &dyn Fn() -> bool,
 ) -> Result<Halves> {
     let renderer = |seed| {
         let settings = Settings {
@@ -188,18 +184,20 @@ fn render(
             technique: technique.into(),
             ..settings.clone()
         };
-        Renderer::new(gpu, scene, &settings)
+        Renderer::new(session.gpu, scene, &settings)
     };
     let mut halves = [renderer(SEEDS[0])?, renderer(SEEDS[1])?];
     let start = Instant::now();
+    let mut progress = Progress::start();
     let done = |halves: &[Renderer; 2]| {
         let iterations = halves[0].iterations() + halves[1].iterations();
-        budget.used(iterations, start.elapsed().as_secs_f64()) >= 1.0
+        budget.used(iterations, start.elapsed().as_secs_f64())
     };
     // A radius map needs a second iteration to be anything but the pilot's guess.
-    while halves[1].iterations() < 2 || !done(&halves) {
+    while halves[1].iterations() < 2 || done(&halves) < 1.0 {
+        progress.update(session, done(&halves));
         for half in &mut halves {
-            if stop() {
+            if (session.stop)() {
                 return Err(Error::Option {
                     option: "--reference",
                     fault: "interrupted before the reference was rendered".into(),

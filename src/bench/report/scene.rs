@@ -143,6 +143,10 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
     row("ms per iteration", &|t| {
         1e3 * median(t.seconds.iter().copied())
     });
+    row("photons stored per iteration", &|t| {
+        let stored = t.photons.stored_caustic + t.photons.stored_global;
+        stored as f64 / t.iterations().max(1) as f64
+    });
     row("iterations", &|t| t.iterations() as f64);
     let split = |v: usize| scene.splits.get(v).copied().flatten();
     let fixed = |value: Option<f64>| {
