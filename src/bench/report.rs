@@ -100,7 +100,7 @@ fn about(page: &mut String, results: &Results) {
          <li>relMSE is the mean of (x − r)² / (r² + 0.01) over pixels and channels, outliers kept; <em>trimmed</em> leaves out the worst \
          0.1 % of the pixels. SSIM (Wang et al. 2004) is that of displayed luminance, FLIP is HDR-FLIP (Andersson et al. 2021).</li>\n\
          <li>References that were rendered here: by {UNBIASED}, unless a trial of {} % of the time found it to see less than {} % of a photon map's \
-         light or to have over {NOISIER} times its noise; then by photons, whose bias such a reference shares and hides. Two renders of different \
+         light or to have over {NOISIER} times its noise; then by photons with direct light by rays, and what is left of their blur is hidden by such a reference. Two renders of different \
          seeds make its halves, and their difference its noise.</li>\n\
          <li>Numbers are medians over seeds with 95 % intervals: percentile bootstrap, expanded for few samples (Hesterberg 2015).</li>\n</ul>",
         results.plan.seeds,

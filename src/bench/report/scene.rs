@@ -174,7 +174,12 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
 
     *page += "<div class=\"wide\"><table>\n<tr><th></th>";
     for label in labels {
-        let _ = write!(page, "<th>{}</th>", escape(label));
+        // May be broken before the settings.
+        let _ = write!(
+            page,
+            "<th>{}</th>",
+            escape(label).replace(':', ":<wbr>").replace(',', ",<wbr>")
+        );
     }
     *page += "</tr>\n";
     for (i, (head, estimates)) in rows.iter().enumerate() {
