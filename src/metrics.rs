@@ -199,8 +199,8 @@ impl Pair {
     }
 }
 
-/// What a squared error is divided by: that of dark pixels is not blown up without bound.
-fn weight(reference: f64) -> f64 {
+/// What relMSE divides a squared error by: that of dark pixels is not blown up without bound.
+pub fn weight(reference: f64) -> f64 {
     reference * reference + 0.01
 }
 

@@ -1,6 +1,8 @@
 //! Results for people: one HTML file that needs no network and no scripts.
 
 mod ablation;
+mod bars;
+mod pictures;
 mod plot;
 mod scene;
 
@@ -100,7 +102,7 @@ fn about(page: &mut String, results: &Results) {
          <li>relMSE is the mean of (x − r)² / (r² + 0.01) over pixels and channels, outliers kept; <em>trimmed</em> leaves out the worst \
          0.1 % of the pixels. SSIM (Wang et al. 2004) is that of displayed luminance, FLIP is HDR-FLIP (Andersson et al. 2021).</li>\n\
          <li>References that were rendered here: by {UNBIASED}, unless a trial of {} % of the time found it to see less than {} % of a photon map's \
-         light or to have over {NOISIER} times its noise; then by photons, whose bias such a reference shares and hides. Two renders of different \
+         light or to have over {NOISIER} times its noise; then by photons with direct light by rays, and what is left of their blur is hidden by such a reference. Two renders of different \
          seeds make its halves, and their difference its noise.</li>\n\
          <li>Numbers are medians over seeds with 95 % intervals: percentile bootstrap, expanded for few samples (Hesterberg 2015).</li>\n</ul>",
         results.plan.seeds,
@@ -225,25 +227,6 @@ fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// RFC 4648, section 4.
-fn base64(bytes: &[u8]) -> String {
-    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let word =
-            chunk.iter().fold(0u32, |w, b| w << 8 | u32::from(*b)) << (8 * (3 - chunk.len()));
-        for i in 0..4 {
-            let sextet = (word >> (18 - 6 * i) & 63) as usize;
-            text.push(if i <= chunk.len() {
-                char::from(ALPHABET[sextet])
-            } else {
-                '='
-            });
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -263,20 +246,6 @@ mod tests {
             (f64::NAN, "–"),
         ] {
             assert_eq!(number(x), text);
-        }
-    }
-
-    /// RFC 4648, section 10.
-    #[test]
-    fn base64_of_the_standard() {
-        for (text, code) in [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foob", "Zm9vYg=="),
-        ] {
-            assert_eq!(base64(text.as_bytes()), code);
         }
     }
 }

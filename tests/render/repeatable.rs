@@ -71,6 +71,30 @@ fn a_seed_gives_the_same_bits() {
     }
 }
 
+/// What a warm-up leaves behind must not be seen, whatever state a technique keeps.
+#[test]
+fn a_restarted_render_is_a_fresh_one() {
+    let device = Device::open();
+    let scene = showroom(&device);
+    for row in TECHNIQUES {
+        let settings = Settings {
+            technique: row.name.into(),
+            ..software(1)
+        };
+        let fresh = render(&device, &scene, &settings, None, 3);
+        let mut renderer = Renderer::new(&device, &scene, &settings).unwrap();
+        renderer.iterate().unwrap();
+        renderer.iterate().unwrap();
+        renderer.restart().unwrap();
+        assert_eq!(renderer.iterations(), 0);
+        assert_eq!(renderer.photons_emitted(), 0);
+        for _ in 0..3 {
+            renderer.iterate().unwrap();
+        }
+        assert_same_bits(&fresh, &renderer.picture().unwrap());
+    }
+}
+
 #[test]
 fn a_resumed_render_gives_the_same_bits() {
     let device = Device::open();

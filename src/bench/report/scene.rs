@@ -1,19 +1,16 @@
 //! A scene's part of the report.
 
-use super::plot::{Axis, Line, Plot, bars};
-use super::{ablation, base64, escape, interval, number, sentence};
+use super::bars::bars;
+use super::plot::{Axis, Line, Plot};
+use super::{ablation, escape, interval, number, pictures, sentence};
 use crate::Result;
 use crate::bench::data::windows;
 use crate::bench::race::{METRICS, Track};
 use crate::bench::standing::{self, Equal, Standing, decay, of, standings};
 use crate::bench::statistics::{Estimate, median, median_of};
 use crate::bench::{Results, SceneResults};
-use crate::image::{Rgb, Tone, auto_exposure, develop, encode_rgb8};
-use crate::metrics::{Metric, Pair};
+use crate::metrics::Metric;
 use std::fmt::Write;
-
-/// Pictures wider than this (px) are shrunk, or the page becomes too large to send.
-const PICTURE: usize = 512;
 
 /// Errors below so many times the reference's own say little.
 const CLEAR: f64 = 4.0;
@@ -36,7 +33,7 @@ pub fn section(
         });
     let _ = writeln!(
         page,
-        "<h2>{}</h2>\n<p>{} triangles, {width} × {height} pixels. Reference: {}; {own}.</p>",
+        "<h2 class=\"scene\">{}</h2>\n<p>{} triangles, {width} × {height} pixels. Reference: {}; {own}.</p>",
         escape(&scene.name),
         scene.triangles,
         escape(&scene.reference.origin)
@@ -78,7 +75,7 @@ pub fn section(
                   differences: a longer --reference-budget would tell more.</strong></p>\n";
     }
     numbers(page, scene, labels);
-    pictures(page, scene, labels)?;
+    pictures::section(page, scene, labels)?;
     *page += "<div class=\"plots\">\n";
     let level = scene.reference.own_error.filter(|e| *e > 0.0);
     over_time(
@@ -143,6 +140,10 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
     row("ms per iteration", &|t| {
         1e3 * median(t.seconds.iter().copied())
     });
+    row("photons stored per iteration", &|t| {
+        let stored = t.photons.stored_caustic + t.photons.stored_global;
+        stored as f64 / t.iterations().max(1) as f64
+    });
     row("iterations", &|t| t.iterations() as f64);
     let split = |v: usize| scene.splits.get(v).copied().flatten();
     let fixed = |value: Option<f64>| {
@@ -170,7 +171,12 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
 
     *page += "<div class=\"wide\"><table>\n<tr><th></th>";
     for label in labels {
-        let _ = write!(page, "<th>{}</th>", escape(label));
+        // May be broken before the settings.
+        let _ = write!(
+            page,
+            "<th>{}</th>",
+            escape(label).replace(':', ":<wbr>").replace(',', ",<wbr>")
+        );
     }
     *page += "</tr>\n";
     for (i, (head, estimates)) in rows.iter().enumerate() {
@@ -191,81 +197,11 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
         }
         *page += "</tr>\n";
     }
-    *page += "</table></div>\n<p>Green: better than every other with its whole interval. Bias² and variance are the relMSE's parts, told apart by \
+    *page += "</table></div>\n<p>Green: better than every other with its whole interval. A time to an error that was reached before the first \
+              measurement is that measurement's. Bias² and variance are the relMSE's parts, told apart by \
               the seeds; bias² contains the reference's own error and comes out below 0 where noise hides it. The decay power is the slope of log relMSE over log time \
               in the last decade: −2/3 where a photon map's bias and variance balance, −1 for a path tracer, towards 0 at \
               the reference's own error.</p>\n";
-}
-
-fn pictures(page: &mut String, scene: &SceneResults, labels: &[&str]) -> Result<()> {
-    let reference = &scene.reference.image;
-    let ev = auto_exposure(&reference.pixels);
-    *page += "<h3>Pictures</h3>\n<div class=\"pictures\">\n";
-    let shown = |image: &Rgb| -> Result<String> {
-        let small = shrink(image);
-        picture(small.size, &develop(&small.pixels, ev, Tone::Neutral).0)
-    };
-    let _ = writeln!(
-        page,
-        "<figure><img alt=\"reference\" src=\"{}\"><figcaption>reference</figcaption></figure>",
-        shown(reference)?
-    );
-    for (v, label) in labels.iter().enumerate() {
-        let Some(track) = of(&scene.tracks, v).next() else {
-            continue;
-        };
-        let label = escape(label);
-        let end = track.checkpoints.last().map_or(0.0, |c| c.seconds);
-        let _ = writeln!(
-            page,
-            "<figure><img alt=\"{label}\" src=\"{}\"><figcaption>{label}, {} s, {} iterations</figcaption></figure>",
-            shown(&track.image)?,
-            number(end),
-            track.iterations()
-        );
-        let Ok(pair) = Pair::new(&shrink(&track.image), &shrink(reference)) else {
-            continue;
-        };
-        let map = pair.measure(Metric::RelMse).map;
-        let bytes = Metric::RelMse.picture(&map, reference);
-        let _ = writeln!(
-            page,
-            "<figure><img alt=\"error of {label}\" src=\"{}\"><figcaption>its relMSE</figcaption></figure>",
-            picture(shrink(reference).size, &bytes)?
-        );
-    }
-    *page += "</div>\n<div class=\"scale\"></div><p><span>0.0001</span><span>0.01</span><span>1 relMSE</span></p>\n";
-    Ok(())
-}
-
-fn picture(size: [u32; 2], bytes: &[u8]) -> Result<String> {
-    Ok(format!(
-        "data:image/png;base64,{}",
-        base64(&encode_rgb8(size, bytes)?)
-    ))
-}
-
-/// By whole factors, so that the widest edge is at most [`PICTURE`]; a pixel is the mean of those that it stands for.
-fn shrink(image: &Rgb) -> Rgb {
-    let [width, height] = image.size.map(|n| n as usize);
-    let factor = width.max(height).div_ceil(PICTURE).max(1);
-    let (small_width, small_height) = ((width / factor).max(1), (height / factor).max(1));
-    let mut pixels = Vec::with_capacity(small_width * small_height * 3);
-    for y in 0..small_height {
-        for x in 0..small_width {
-            for c in 0..3 {
-                let rows = (y * factor..(y + 1) * factor).map(|y| y * width);
-                let values = rows
-                    .flat_map(|row| (x * factor..(x + 1) * factor).map(move |x| (row + x) * 3 + c));
-                let sum: f32 = values.filter_map(|i| image.pixels.get(i)).sum();
-                pixels.push(sum / (factor * factor) as f32);
-            }
-        }
-    }
-    Rgb {
-        size: [small_width as u32, small_height as u32],
-        pixels,
-    }
 }
 
 fn over_time(
@@ -368,25 +304,4 @@ fn passes(page: &mut String, scene: &SceneResults, labels: &[&str]) {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pictures_shrink_by_whole_factors() {
-        let image = |size: [u32; 2]| Rgb {
-            size,
-            pixels: (0..size[0] * size[1] * 3)
-                .map(|i| (i / 3 % size[0]) as f32)
-                .collect(),
-        };
-        let same = image([512, 3]);
-        assert_eq!(shrink(&same), same);
-        let small = shrink(&image([1025, 6]));
-        assert_eq!(small.size, [341, 2]);
-        assert_eq!(small.pixels[..6], [1.0, 1.0, 1.0, 4.0, 4.0, 4.0]);
-        assert_eq!(shrink(&image([2000, 1])).size, [500, 1]);
-    }
 }
