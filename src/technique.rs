@@ -1,8 +1,11 @@
 //! The techniques. Adding one is a Rust file, a GLSL folder and a row in [`TECHNIQUES`].
 
-mod gather;
+pub mod gather;
 mod hash_grid;
+mod hash_ppm;
+mod lists;
 mod rtpm;
+mod stochastic_hash;
 
 use crate::Result;
 use crate::render::Engine;
@@ -36,5 +39,17 @@ pub const TECHNIQUES: &[Row] = &[
         paper: "own, after Mara et al. 2013",
         bias: "as rtpm",
         build: |engine| Ok(Box::new(hash_grid::HashGrid::new(engine)?)),
+    },
+    Row {
+        name: "hash-ppm",
+        paper: "Kern et al. 2023 after Mara et al. 2013",
+        bias: "as rtpm",
+        build: |engine| Ok(Box::new(hash_ppm::new(engine)?)),
+    },
+    Row {
+        name: "stochastic-hash",
+        paper: "Hachisuka & Jensen 2010, Davidovič et al. 2014",
+        bias: "as rtpm",
+        build: |engine| Ok(Box::new(stochastic_hash::new(engine)?)),
     },
 ];
