@@ -168,9 +168,6 @@ shared_constants! {
     PHOTON_FANOUT_LOG2 = 2;
     /// Cells of a photon grid along an axis, less one: f32 still tells them apart.
     GRID_CELL_MAX = (1 << 22) - 1;
-    /// Radix sort: bits of a digit, and keys that one thread counts and scatters in order.
-    SORT_DIGIT_BITS = 8;
-    SORT_CHUNK = 256;
     /// Prefix sum: entries that one thread sums.
     SCAN_CHUNK = 512;
     /// Cells of the culling mask (Kern et al. 2023, section 4.5), one bit each.

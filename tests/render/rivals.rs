@@ -86,7 +86,7 @@ fn rivals_leave_the_expected_image() {
     let plain = Settings {
         trace: Trace::Software,
         cull: Switch::Off,
-        ..settings(32, 50_000, 0.06)
+        ..settings(32, 100_000, 0.08)
     };
     let truth = measure(&device, &scene, &plain);
     let rivals = TECHNIQUES.iter().filter(|row| row.name != "rtpm");
