@@ -56,6 +56,16 @@ impl Renderer {
     /// # Errors
     /// Settings that the scene or the device cannot follow; out of device memory.
     pub fn new(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Result<Self> {
+        Self::with(
+            gpu,
+            scene,
+            settings,
+            choose_technique(gpu, &settings.technique)?,
+        )
+    }
+
+    /// As [`Self::new`], by a technique that need not be in the table.
+    pub fn with(gpu: &Gpu, scene: &Scene, settings: &Settings, row: &Row) -> Result<Self> {
         check_size(scene, &gpu.info().name)?;
         let trace = choose_trace(gpu, settings.trace)?;
         let camera = choose_camera(scene, settings.camera.as_deref())?;

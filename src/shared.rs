@@ -169,9 +169,6 @@ shared_constants! {
     PHOTON_FANOUT_LOG2 = 2;
     /// Cells of a photon grid along an axis, less one: f32 still tells them apart.
     GRID_CELL_MAX = (1 << 22) - 1;
-    /// Radix sort: bits of a digit, and keys that one thread counts and scatters in order.
-    SORT_DIGIT_BITS = 8;
-    SORT_CHUNK = 256;
     /// Prefix sum: entries that one thread sums.
     SCAN_CHUNK = 512;
     /// Cells of the culling mask (Kern et al. 2023, section 4.5), one bit each.
@@ -480,6 +477,7 @@ shared_structs! {
         first_leaf: [u32; 2],
         caustic_grid: PhotonGrid,
         global_grid: PhotonGrid,
+        lists: PhotonLists,
     }
 
     /// A hashed grid over one photon map (see `grid.glsl`).
@@ -492,6 +490,32 @@ shared_structs! {
         first_slot: u32,
         /// Slots of each of the table's 16 parts, a power of two.
         row_slots: u32,
+    }
+
+    /// A hash table of photon lists over both maps (see `lists.glsl`).
+    struct PhotonLists {
+        /// The photon whose cell has the bucket, or NONE.
+        owners: Ptr<u32>,
+        /// Photons put into the bucket.
+        counts: Ptr<u32>,
+        /// Keys of those kept, the same number of places for each bucket.
+        keys: Ptr<u32>,
+        /// The map of each photon.
+        maps: Ptr<u32>,
+        min_w: [f32; 3],
+        /// Cells per metre of the caustic and the global map.
+        scale: [f32; 2],
+        /// A power of two.
+        buckets: u32,
+        /// Of the keys in this iteration.
+        seed: u32,
+        unused: u32,
+    }
+
+    struct ListInsertPush {
+        maps: Ptr<PhotonMaps>,
+        count: u32,
+        unused: u32,
     }
 
     struct GridStartsPush {

@@ -1,9 +1,9 @@
 //! Prefix sums and a stable radix sort on the device, without atomics: the same order on every run.
 
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Gpu, Pass, Ptr};
+use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Pass, Ptr};
 use crate::shaders::spirv;
-use crate::shared::{SCAN_CHUNK, SORT_CHUNK, SORT_DIGIT_BITS, ScanPush, SortPush};
+use crate::shared::{SCAN_CHUNK, ScanPush, SortPush};
 
 /// Exclusive prefix sums of up to a given number of values.
 pub struct Scan {
@@ -68,15 +68,30 @@ pub struct Sort {
     pub keys: [Buffer<u32>; 2],
     pub values: [Buffer<u32>; 2],
     histogram: Buffer<u32>,
+    digit_bits: u32,
+    /// Keys that a thread takes in order.
+    chunk: usize,
+}
+
+/// Bits of a digit and keys of a thread: a CPU device has few threads and sorts in fewer passes.
+fn widths(gpu: &Gpu) -> (u32, u32) {
+    match gpu.info().kind {
+        DeviceKind::Cpu => (11, 2048),
+        _ => (8, 256),
+    }
 }
 
 impl Sort {
     /// For up to `capacity` pairs.
     pub fn new(gpu: &Gpu, capacity: usize) -> Result<Self> {
-        let entries = capacity.div_ceil(SORT_CHUNK as usize) << SORT_DIGIT_BITS;
+        let (digit_bits, chunk) = widths(gpu);
+        let constants = [0, 0, digit_bits, chunk];
+        let entries = capacity.div_ceil(chunk as usize) << digit_bits;
         Ok(Self {
-            count: gpu.pass("sort", spirv("sort_count")?, &[], None)?,
-            scatter: gpu.pass("sort", spirv("sort_scatter")?, &[], None)?,
+            count: gpu.pass("sort", spirv("sort_count")?, &constants, None)?,
+            scatter: gpu.pass("sort", spirv("sort_scatter")?, &constants, None)?,
+            digit_bits,
+            chunk: chunk as usize,
             scan: Scan::new(gpu, entries)?,
             keys: [
                 gpu.buffer("sort keys", capacity)?,
@@ -93,9 +108,9 @@ impl Sort {
     /// Sorts the first `count` pairs of `keys[0]` and `values[0]` by the low `bits` of the keys; keys and
     /// values end in the buffers that are returned.
     pub fn record(&self, commands: &mut Commands, count: usize, bits: u32) -> [Ptr<u32>; 2] {
-        let chunks = count.div_ceil(SORT_CHUNK as usize);
+        let chunks = count.div_ceil(self.chunk);
         let mut from = 0;
-        for shift in (0..bits).step_by(SORT_DIGIT_BITS as usize) {
+        for shift in (0..bits).step_by(self.digit_bits as usize) {
             let push = SortPush {
                 keys: self.keys[from].ptr(),
                 values: self.values[from].ptr(),
@@ -107,7 +122,7 @@ impl Sort {
             };
             commands.dispatch(&self.count, &push, chunks);
             self.scan
-                .record(commands, self.histogram.ptr(), chunks << SORT_DIGIT_BITS);
+                .record(commands, self.histogram.ptr(), chunks << self.digit_bits);
             commands.dispatch(&self.scatter, &push, chunks);
             from = 1 - from;
         }

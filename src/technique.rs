@@ -1,9 +1,12 @@
 //! The techniques. Adding one is a Rust file, a GLSL folder and a row in [`TECHNIQUES`].
 
-mod gather;
+pub mod gather;
 mod hash_grid;
+mod hash_ppm;
+mod lists;
 mod path;
 mod rtpm;
+mod stochastic_hash;
 
 use crate::Result;
 use crate::render::Engine;
@@ -41,6 +44,20 @@ pub const TECHNIQUES: &[Row] = &[
         bias: "as rtpm",
         photons: true,
         build: |engine| Ok(Box::new(hash_grid::HashGrid::new(engine)?)),
+    },
+    Row {
+        name: "hash-ppm",
+        paper: "Kern et al. 2023 after Mara et al. 2013",
+        bias: "as rtpm",
+        photons: true,
+        build: |engine| Ok(Box::new(hash_ppm::new(engine)?)),
+    },
+    Row {
+        name: "stochastic-hash",
+        paper: "Hachisuka & Jensen 2010, Davidovič et al. 2014",
+        bias: "as rtpm",
+        photons: true,
+        build: |engine| Ok(Box::new(stochastic_hash::new(engine)?)),
     },
     Row {
         name: "path",

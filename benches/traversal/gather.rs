@@ -1,5 +1,6 @@
 //! The gather of 200k photons at 512 × 512, through the passes of `rtpm`.
 
+use crate::cells::CELLS;
 use crate::room::room;
 use crate::{RUNS, median};
 use glam::Vec3;
@@ -8,6 +9,7 @@ use lightfall::gpu::Gpu;
 use lightfall::render::Renderer;
 use lightfall::scene::Scene;
 use lightfall::settings::{Direct, Length, Settings, Switch, Trace};
+use lightfall::technique::{Row, TECHNIQUES};
 use std::collections::BTreeMap;
 
 const PHOTONS: u64 = 200_000;
@@ -26,19 +28,30 @@ struct Cost {
     differ: usize,
 }
 
-/// What searches: a name, a row of the techniques, a traversal.
-type Variant = (&'static str, &'static str, Trace);
-const VARIANTS: &[Variant] = &[
-    ("row grid", "hash-grid", Trace::Software),
-    ("tree", "rtpm", Trace::Software),
-    ("ray query", "rtpm", Trace::Query),
-];
+/// What searches: a name, a technique, a traversal.
+type Variant = (&'static str, &'static Row, Trace);
+
+/// All that search on this device, the row grid first.
+fn variants(gpu: &Gpu) -> Vec<Variant> {
+    let row = |name| TECHNIQUES.iter().find(move |row| row.name == name);
+    [
+        ("row grid", row("hash-grid"), Trace::Software),
+        ("tree", row("rtpm"), Trace::Software),
+        ("eight cells", Some(&CELLS), Trace::Software),
+        ("lists", row("hash-ppm"), Trace::Software),
+        ("one of a cell", row("stochastic-hash"), Trace::Software),
+        ("ray query", row("rtpm"), Trace::Query),
+    ]
+    .into_iter()
+    .filter(|v| v.2 != Trace::Query || gpu.info().caps.ray_query)
+    .filter_map(|(name, row, trace)| Some((name, row?, trace)))
+    .collect()
+}
 
 pub fn run(gpu: &Gpu) -> Result<()> {
     let scene = room(8, 3);
     let (paths, counts) = calibrate(gpu, &scene)?;
-    let has = |v: &&Variant| v.2 != Trace::Query || gpu.info().caps.ray_query;
-    let variants: Vec<&Variant> = VARIANTS.iter().filter(has).collect();
+    let variants = variants(gpu);
     println!(
         "| found | radius [m] | photons in | sort [ms] | build [ms] | gather [ms] | sum [ms] | of the row grid's | pixels that differ |"
     );
@@ -65,7 +78,7 @@ pub fn run(gpu: &Gpu) -> Result<()> {
     Ok(())
 }
 
-fn settings(paths: u32, radius: f32, technique: &str, trace: Trace) -> Settings {
+fn settings(paths: u32, radius: f32, trace: Trace) -> Settings {
     let radius = Some(Length::World(radius));
     Settings {
         size: Some([512; 2]),
@@ -75,7 +88,6 @@ fn settings(paths: u32, radius: f32, technique: &str, trace: Trace) -> Settings 
         // The radius stays what it is.
         alpha: 1.0 - f32::EPSILON,
         trace,
-        technique: technique.into(),
         // Photons everywhere, whatever the device would choose.
         cull: Switch::Off,
         direct: Direct::Photons,
@@ -88,8 +100,7 @@ fn settings(paths: u32, radius: f32, technique: &str, trace: Trace) -> Settings 
 fn calibrate(gpu: &Gpu, scene: &Scene) -> Result<(u32, Vec<f64>)> {
     let mut paths = 50_000;
     loop {
-        let mut renderer =
-            Renderer::new(gpu, scene, &settings(paths, 1e-3, "rtpm", Trace::Software))?;
+        let mut renderer = Renderer::new(gpu, scene, &settings(paths, 1e-3, Trace::Software))?;
         renderer.iterate()?;
         let stored = renderer
             .ledger()
@@ -131,9 +142,9 @@ fn measure(
     scene: &Scene,
     paths: u32,
     radius: f32,
-    variants: &[&Variant],
+    variants: &[Variant],
 ) -> Result<Vec<Cost>> {
-    let renderer = |v: &&Variant| Renderer::new(gpu, scene, &settings(paths, radius, v.1, v.2));
+    let renderer = |v: &Variant| Renderer::with(gpu, scene, &settings(paths, radius, v.2), v.1);
     let mut renderers = variants.iter().map(renderer).collect::<Result<Vec<_>>>()?;
     let mut times = vec![BTreeMap::<&str, Vec<f64>>::new(); variants.len()];
     for run in 0..=RUNS {

@@ -3,6 +3,7 @@
 //!
 //! `cargo bench --bench traversal -- [rays] [gather]`; `LIGHTFALL_DEVICE` names a device.
 
+mod cells;
 mod gather;
 mod rays;
 mod room;

@@ -15,12 +15,23 @@
 #include "lib/camera.glsl"
 #include "lib/photon.glsl"
 #include "lib/kernel.glsl"
-#ifdef NEAR_GRID
+#if defined(NEAR_GRID) || defined(NEAR_CELLS)
 #include "lib/grid.glsl"
+#elif defined(NEAR_LISTS)
+#include "lib/lists.glsl"
 #endif
-#include "lib/near.glsl"
 
 PUSH(GatherPush);
+
+// Lists are thinned out as they are searched instead.
+#ifdef NEAR_LISTS
+const bool RESERVOIR = false;
+#else
+const bool RESERVOIR = STOCHASTIC;
+#endif
+Rng rng;
+
+#include "lib/near.glsl"
 
 PhotonMaps maps;
 ViewSample view;
@@ -40,8 +51,7 @@ vec3 sum = vec3(0.0);
 vec3 inner_sum = vec3(0.0);
 float inner_radius2;
 uint found = 0u;
-Rng rng;
-uint kept[STOCHASTIC ? RESERVOIR_MAX : 1u];
+uint kept[RESERVOIR ? RESERVOIR_MAX : 1u];
 
 // A photon counts where it arrived on the side that the eye sees, on a face that looks the same way
 // (no halo through thin walls) and lies in the same plane (none from a wall close behind), short of
@@ -68,7 +78,7 @@ void add(NearPhoton p) {
 
 void visit_photon(uint index, NearPhoton photon) {
     if (!accepts(photon)) return;
-    if (!STOCHASTIC) {
+    if (!RESERVOIR) {
         add(photon);
         return;
     }
@@ -109,7 +119,7 @@ void main() {
     }
     find_near(maps, push.map, view.position_w, radius);
 
-    if (STOCHASTIC && found > 0u) {
+    if (RESERVOIR && found > 0u) {
         uint n = min(found, push.reservoir);
         for (uint i = 0u; i < n; i++) add(photon_at(maps, kept[i]));
         sum *= float(found) / float(n);

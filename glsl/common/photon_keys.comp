@@ -1,19 +1,27 @@
 // Photons in the order of their paths, each with its sort key: the map, then its
-// position on a Hilbert curve, 31 bits in all; or its slot in a grid. Path order makes the sorted order, and so every float sum
+// position on a Hilbert curve, 31 bits in all; or its slot in a grid; or its map alone. Path order makes the sorted order, and so every float sum
 // over photons, independent of which thread came first.
 // In: Photons, slots and offsets of each path. Out: keys and photon indices.
 #version 460
 #include "lib/pass.glsl"
-#ifdef NEAR_GRID
+#if defined(NEAR_GRID) || defined(NEAR_CELLS)
 #include "lib/math.glsl"
 #include "lib/grid.glsl"
 #endif
 
 PUSH(PhotonKeysPush);
 
-#ifdef NEAR_GRID
+#if defined(NEAR_GRID)
 
 uint key_of(uint map, vec3 position_w) { return grid_slot(push.grids.at[map], position_w); }
+
+#elif defined(NEAR_CELLS)
+
+uint key_of(uint map, vec3 position_w) { return cell_slot(push.grids.at[map], grid_cell(push.grids.at[map], position_w)); }
+
+#elif defined(NEAR_LISTS)
+
+uint key_of(uint map, vec3 position_w) { return map; }
 
 #else
 

@@ -6,6 +6,9 @@
 
 PUSH(SortPush);
 
+// Bits of a digit, and keys that a thread takes in order.
+layout(constant_id = 2) const uint SORT_DIGIT_BITS = 8u;
+layout(constant_id = 3) const uint SORT_CHUNK = 256u;
 const uint DIGITS = 1u << SORT_DIGIT_BITS;
 
 void main() {

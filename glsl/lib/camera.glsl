@@ -5,11 +5,13 @@ vec3 camera_direction(Frame frame, uvec2 pixel, vec2 u) {
     return normalize(frame.camera_forward_w + p.x * frame.camera_right_w - p.y * frame.camera_up_w);
 }
 
-// Threads to pixels in tiles of 8 × 8, which keeps neighbouring threads on neighbouring surfaces.
+// Threads to pixels in tiles of 8 × 8, in which threads follow a Morton curve: those of a subgroup, whatever its
+// size, see a patch as square as can be.
 // False beyond the image.
 bool pixel_of_thread(Frame frame, uint thread, out uvec2 pixel) {
     uint tiles_x = (frame.size.x + 7u) / 8u;
     uint tile = thread / 64u, within = thread % 64u;
-    pixel = uvec2(tile % tiles_x * 8u + within % 8u, tile / tiles_x * 8u + within / 8u);
+    uvec2 bits = uvec2(within, within >> 1u);
+    pixel = uvec2(tile % tiles_x, tile / tiles_x) * 8u + (bits & 1u | bits >> 1u & 2u | bits >> 2u & 4u);
     return pixel.x < frame.size.x && pixel.y < frame.size.y;
 }

@@ -19,3 +19,10 @@ uint grid_slot(PhotonGrid grid, vec3 position_w) {
     uvec2 row = grid_row(grid, cell.yz);
     return row.x + (row.y + cell.x & grid.row_slots - 1u);
 }
+
+// Of a plain grid of cells (see bench/near_cells.glsl).
+uint cell_slot(PhotonGrid grid, uvec3 cell) {
+    uvec3 part = cell & 1u, block = cell >> 1u;
+    uint hash = wang_hash(block.x * 73856093u ^ block.y * 19349663u ^ block.z * 83492791u);
+    return grid.first_slot + (part.z << 2u | part.y << 1u | part.x) * grid.row_slots * 2u + (hash & grid.row_slots * 2u - 1u);
+}

@@ -36,6 +36,10 @@ bool photon_is_near(PhotonMaps maps, uint index, vec3 position_w, float radius2)
 
 #if defined(NEAR_GRID)
 #include "lib/near_grid.glsl"
+#elif defined(NEAR_LISTS)
+#include "lib/near_lists.glsl"
+#elif defined(NEAR_CELLS)
+#include "bench/near_cells.glsl"
 #elif defined(TRACE_QUERY)
 #include "lib/near_query.glsl"
 #else

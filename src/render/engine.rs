@@ -119,6 +119,16 @@ impl Engine {
         self.frame_data.iteration
     }
 
+    /// A seed of the iteration under way alone.
+    pub fn iteration_seed(&self) -> u32 {
+        let counter = u64::from(self.frame_data.seed) << 32 | u64::from(self.frame_data.iteration);
+        // SplitMix64 (Steele et al. 2014).
+        let z = counter.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z >> 32) as u32
+    }
+
     fn add_timings(&mut self, timings: Timings) {
         for (name, ms) in timings {
             match self.timings.iter_mut().find(|(n, _)| *n == name) {

@@ -20,11 +20,11 @@ pub struct Gather {
 }
 
 impl Gather {
-    /// With the gather pass of this stem, in which threads of a subgroup may search together.
-    pub fn new(engine: &Engine, stem: &str) -> Result<Self> {
+    /// With the gather pass of this stem, and a photon list's length for those that need one.
+    pub fn new(engine: &Engine, stem: &str, list_length: u32) -> Result<Self> {
         let pass = |name, features| {
             let subgroup = engine.gpu.info().caps.subgroup_size;
-            let constants = [engine.world.features | features, 0, subgroup];
+            let constants = [engine.world.features | features, 0, subgroup, list_length];
             engine.gpu.pass(name, spirv(stem)?, &constants, None)
         };
         Ok(Self {

@@ -64,7 +64,7 @@ impl HashGrid {
         Ok(Self {
             keys: gpu.pass("sort", spirv("hash-grid.keys")?, &[], None)?,
             starts: gpu.pass("build", spirv("hash-grid.starts")?, &[], None)?,
-            gather: Gather::new(engine, "hash-grid.gather")?,
+            gather: Gather::new(engine, "hash-grid.gather", 0)?,
             photons: SortedPhotons::positions(engine)?,
             table: table(engine)?,
         })

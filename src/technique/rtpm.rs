@@ -56,7 +56,7 @@ impl Rtpm {
         };
         Ok(Self {
             tree: engine.gpu.pass("build", spirv("rtpm.tree")?, &[], None)?,
-            gather: Gather::new(engine, stem)?,
+            gather: Gather::new(engine, stem, 0)?,
             photons,
             structure,
         })

@@ -9,7 +9,8 @@ use lightfall::render::Renderer;
 use lightfall::scene::{Light, Scene};
 use lightfall::settings::{Evaluate, Settings, Switch, Trace};
 
-fn measure(device: &Device, scene: &Scene, settings: &Settings) -> Vec<Estimate> {
+/// Means of both maps and of their blocks.
+pub fn measure(device: &Device, scene: &Scene, settings: &Settings) -> Vec<Estimate> {
     let mut renderer = Renderer::new(device, scene, settings).unwrap();
     estimate(&mut renderer, 24, |picture| {
         let of = |name| block_means(layer(picture, name));
@@ -18,7 +19,7 @@ fn measure(device: &Device, scene: &Scene, settings: &Settings) -> Vec<Estimate>
 }
 
 /// Block means of both maps in two renders with different seeds, against their standard errors together.
-fn assert_same_expectation(what: &str, a: &[Estimate], b: &[Estimate]) {
+pub fn assert_same_expectation(what: &str, a: &[Estimate], b: &[Estimate]) {
     for (block, (a, b)) in a.iter().zip(b).enumerate() {
         let sigma = a.error.hypot(b.error);
         assert!(

@@ -1,0 +1,87 @@
+//! A plain grid as a rival: cells of edge 2r, of which a search visits the nearest eight.
+
+use glam::Vec3;
+use lightfall::Result;
+use lightfall::gpu::{Buffer, Pass};
+use lightfall::photons::Order;
+use lightfall::render::Engine;
+use lightfall::shaders::spirv;
+use lightfall::shared::{GridStartsPush, PhotonGrid, PhotonMaps};
+use lightfall::technique::gather::{Gather, SortedPhotons};
+use lightfall::technique::{Row, Technique};
+
+pub const CELLS: Row = Row {
+    name: "cells",
+    paper: "",
+    bias: "",
+    build: |engine| Ok(Box::new(Cells::new(engine)?)),
+};
+
+/// Of both maps' tables: a power of two above the photons of the bench.
+const SLOTS: u32 = 1 << 19;
+
+struct Cells {
+    keys: Pass,
+    starts: Pass,
+    gather: Gather,
+    photons: SortedPhotons,
+    table: Buffer<u32>,
+    grids: Buffer<PhotonGrid>,
+}
+
+impl Cells {
+    fn new(engine: &Engine) -> Result<Self> {
+        let gpu = &engine.gpu;
+        Ok(Self {
+            keys: gpu.pass("sort", spirv("bench.cells.keys")?, &[], None)?,
+            starts: gpu.pass("build", spirv("hash-grid.starts")?, &[], None)?,
+            gather: Gather::new(engine, "bench.cells.gather", 0)?,
+            photons: SortedPhotons::positions(engine)?,
+            table: gpu.buffer("cells", 2 * SLOTS as usize + 1)?,
+            grids: gpu.buffer("grids", 2)?,
+        })
+    }
+}
+
+impl Technique for Cells {
+    fn iterate(&mut self, engine: &mut Engine) -> Result<()> {
+        let counts = engine.trace_paths()?;
+        if self.photons.outgrown(engine) {
+            self.photons = SortedPhotons::positions(engine)?;
+        }
+        let grid = |map: usize| PhotonGrid {
+            starts: self.table.ptr(),
+            min_w: engine.world.bounds_w.0.into(),
+            // A little wider than a search, which then never reaches a third.
+            scale: Vec3::splat(1.0 / (2.01 * engine.radius()[map])).into(),
+            first_slot: SLOTS * map as u32,
+            row_slots: SLOTS / 16,
+        };
+        let grids = [grid(0), grid(1)];
+        engine.gpu.write(&self.grids, 0, &grids)?;
+        let maps = PhotonMaps {
+            caustic_grid: grids[0],
+            global_grid: grids[1],
+            ..self.photons.maps(counts)
+        };
+        engine.gpu.write(&self.gather.maps, 0, &[maps])?;
+        let mut commands = engine.gpu.commands()?;
+        let order = Order::Slots {
+            keys: &self.keys,
+            grids: self.grids.ptr(),
+            bits: (2 * SLOTS).ilog2(),
+        };
+        let [keys, indices] = engine.record_sort(&mut commands, counts, order);
+        self.photons
+            .record(engine, &mut commands, &self.gather.maps, indices, counts);
+        let push = GridStartsPush {
+            keys,
+            starts: self.table.ptr(),
+            count: counts[0] + counts[1],
+            slots: 2 * SLOTS,
+        };
+        commands.dispatch(&self.starts, &push, push.count as usize + 1);
+        self.gather.record(engine, &mut commands, counts);
+        self.gather.finish(engine, commands)
+    }
+}
