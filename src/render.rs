@@ -70,7 +70,6 @@ impl Renderer {
         let trace = choose_trace(gpu, settings.trace)?;
         let camera = choose_camera(scene, settings.camera.as_deref())?;
         let size = settings.size.unwrap_or_else(|| default_size(camera));
-        let row = choose_technique(gpu, &settings.technique)?;
         let paths = match row.photons {
             true => settings.photons.unwrap_or_else(|| default_paths(gpu, size)),
             false => 0,

@@ -13,6 +13,7 @@ use lightfall::technique::{Row, Technique};
 pub const CELLS: Row = Row {
     name: "cells",
     paper: "",
+    photons: true,
     bias: "",
     build: |engine| Ok(Box::new(Cells::new(engine)?)),
 };
