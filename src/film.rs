@@ -84,6 +84,20 @@ pub fn radiance(p: &FilmPixel) -> [f32; 3] {
     std::array::from_fn(|c| p.emission[c] + p.direct[c] + p.caustic[c] + p.global[c])
 }
 
+/// A layer of so many floats.
+///
+/// # Errors
+/// There is none.
+pub fn resumed_layer<'a>(layers: &'a [Layer], name: &str, floats: usize) -> Result<&'a Layer> {
+    let found = layers
+        .iter()
+        .find(|l| l.name == name && l.pixels.len() == floats);
+    found.ok_or_else(|| {
+        let fault = format!("the image has no layer {name} of this size");
+        Error::image(Path::new("--resume"), fault)
+    })
+}
+
 impl Film {
     /// Black, of the view's size.
     pub fn new(gpu: &Gpu, view: &View) -> Result<Self> {
@@ -154,15 +168,7 @@ impl Film {
             let low = format!("resume.{}.low", field.name);
             for (name, first) in [(field.name, field.first), (&low, HALF + field.first)] {
                 let count = field.channels.len();
-                let layer = layers
-                    .iter()
-                    .find(|l| l.name == name && l.pixels.len() == self.pixels.len() * count)
-                    .ok_or_else(|| {
-                        Error::image(
-                            Path::new("--resume"),
-                            format!("the image has no layer {name} of this size"),
-                        )
-                    })?;
+                let layer = resumed_layer(layers, name, self.pixels.len() * count)?;
                 for (pixel, values) in floats
                     .chunks_exact_mut(2 * HALF)
                     .zip(layer.pixels.chunks_exact(count))

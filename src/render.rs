@@ -96,6 +96,7 @@ impl Renderer {
             frame_data,
             first_radius2: [0.0; 2],
             alpha: f64::from(settings.alpha),
+            pixel_radii: row.pixel_radii,
             reservoir: settings.reservoir,
             evaluate: settings.evaluate,
             timings: Timings::new(),
@@ -145,6 +146,7 @@ impl Renderer {
         self.engine
             .film
             .restore(&self.engine.gpu, &picture.layers)?;
+        self.technique.restore(&self.engine, &picture.layers)?;
         self.iterations = saved.iterations;
         self.seconds_before = saved.seconds;
         Ok(())
@@ -187,12 +189,9 @@ impl Renderer {
         self.engine.ledger.emitted
     }
 
-    /// Of the next iteration.
+    /// Of the next iteration; the largest that a pixel may have where each has its own.
     pub fn radii(&self) -> Radii {
-        let [caustic, global] = self
-            .engine
-            .first_radius2
-            .map(|r2| shrink(r2, self.engine.alpha, self.iterations).sqrt() as f32);
+        let [caustic, global] = self.engine.radius_in(self.iterations);
         Radii { global, caustic }
     }
 
@@ -206,10 +205,12 @@ impl Renderer {
     pub fn picture(&self) -> Result<Picture> {
         let [width, height] = self.engine.view.size;
         let radii = self.radii();
+        let mut layers = self.engine.film.layers(&self.engine.gpu, self.iterations)?;
+        layers.extend(self.technique.state(&self.engine)?);
         Ok(Picture {
             width,
             height,
-            layers: self.engine.film.layers(&self.engine.gpu, self.iterations)?,
+            layers,
             metadata: Metadata {
                 scene_hash: self.scene_hash,
                 settings: self.settings.clone(),

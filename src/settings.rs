@@ -48,7 +48,7 @@ pub struct Settings {
     pub trace: Trace,
 
     /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length; `hash-grid`: in a
-    /// hashed grid. `path`: none are; paths from the eye alone
+    /// hashed grid; `sppm`: as by rtpm, within each pixel's own radius. `path`: none are; paths from the eye alone
     #[arg(long, default_value_t = Settings::default().technique,
           value_parser = clap::builder::PossibleValuesParser::new(technique_names()))]
     pub technique: String,

@@ -391,6 +391,16 @@ shared_structs! {
         /// Luminance [nit] gathered from the caustic and the global map within the radius less that within
         /// half of it: what shrinking it would still change (see `render::accuracy`).
         bias: [f32; 2],
+        /// Photons within the radius, of the caustic and the global map; counted only where pixels have radii of their own.
+        found: [u32; 2],
+    }
+
+    /// What `sppm` keeps of a pixel, of the caustic and the global map.
+    struct PixelStatistics {
+        /// Photons found so far, each iteration's times α.
+        kept: [f32; 2],
+        /// Of the next iteration (m²).
+        radius2: [f32; 2],
     }
 
     /// The arguments of `view`.
@@ -556,9 +566,19 @@ shared_structs! {
         samples: Ptr<ViewSample>,
         maps: Ptr<PhotonMaps>,
         pixels: Ptr<FramePixel>,
+        /// Where pixels have radii of their own.
+        statistics: Ptr<PixelStatistics>,
         map: u32,
         /// Photons kept by stochastic evaluation.
         reservoir: u32,
+    }
+
+    struct PixelRadiiPush {
+        frame: Ptr<Frame>,
+        pixels: Ptr<FramePixel>,
+        statistics: Ptr<PixelStatistics>,
+        alpha: f32,
+        unused: u32,
     }
 
     struct FilmPush {

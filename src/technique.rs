@@ -6,15 +6,27 @@ mod hash_ppm;
 mod lists;
 mod path;
 mod rtpm;
+mod sppm;
 mod stochastic_hash;
 
 use crate::Result;
+use crate::image::Layer;
 use crate::render::Engine;
 
 /// What a technique needs to do once per iteration, on top of what all of them share.
 pub trait Technique {
     /// One iteration, from camera paths to the film.
     fn iterate(&mut self, engine: &mut Engine) -> Result<()>;
+
+    /// What it must remember from one iteration to the next, as layers for a resumed render.
+    fn state(&self, _engine: &Engine) -> Result<Vec<Layer>> {
+        Ok(Vec::new())
+    }
+
+    /// Takes up the state in a saved picture's layers.
+    fn restore(&mut self, _engine: &Engine, _layers: &[Layer]) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// What the rest of the program knows of a technique.
@@ -26,6 +38,8 @@ pub struct Row {
     pub bias: &'static str,
     /// Whether it gathers photons: only then are buffers for them made and first radii found.
     pub photons: bool,
+    /// Whether each pixel has radii of its own: those of the frame then stay at the first, which bounds them.
+    pub pixel_radii: bool,
     pub build: fn(&Engine) -> Result<Box<dyn Technique>>,
 }
 
@@ -36,13 +50,15 @@ pub const TECHNIQUES: &[Row] = &[
         paper: "Kern, Brüll, Grosch 2023",
         bias: "blur of the photon radius, which shrinks to nothing",
         photons: true,
-        build: |engine| Ok(Box::new(rtpm::Rtpm::new(engine)?)),
+        pixel_radii: false,
+        build: |engine| Ok(Box::new(rtpm::Rtpm::new(engine, "rtpm")?)),
     },
     Row {
         name: "hash-grid",
         paper: "own, after Mara et al. 2013",
         bias: "as rtpm",
         photons: true,
+        pixel_radii: false,
         build: |engine| Ok(Box::new(hash_grid::HashGrid::new(engine)?)),
     },
     Row {
@@ -50,6 +66,7 @@ pub const TECHNIQUES: &[Row] = &[
         paper: "Kern et al. 2023 after Mara et al. 2013",
         bias: "as rtpm",
         photons: true,
+        pixel_radii: false,
         build: |engine| Ok(Box::new(hash_ppm::new(engine)?)),
     },
     Row {
@@ -57,13 +74,23 @@ pub const TECHNIQUES: &[Row] = &[
         paper: "Hachisuka & Jensen 2010, Davidovič et al. 2014",
         bias: "as rtpm",
         photons: true,
+        pixel_radii: false,
         build: |engine| Ok(Box::new(stochastic_hash::new(engine)?)),
+    },
+    Row {
+        name: "sppm",
+        paper: "Hachisuka & Jensen 2009",
+        bias: "blur of each pixel's own photon radius, which shrinks where photons are found",
+        photons: true,
+        pixel_radii: true,
+        build: |engine| Ok(Box::new(sppm::Sppm::new(engine)?)),
     },
     Row {
         name: "path",
         paper: "Kajiya 1986; Veach 1997",
         bias: "nothing, but it does not see lights without area through smooth glass or in smooth mirrors",
         photons: false,
+        pixel_radii: false,
         build: |engine| Ok(Box::new(path::Path::new(engine)?)),
     },
 ];

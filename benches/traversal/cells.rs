@@ -14,6 +14,7 @@ pub const CELLS: Row = Row {
     name: "cells",
     paper: "",
     photons: true,
+    pixel_radii: false,
     bias: "",
     build: |engine| Ok(Box::new(Cells::new(engine)?)),
 };

@@ -1,7 +1,7 @@
 // Radiance from one photon map at each view sample: L = Σ f_r Φ / (π r²), no cosine (Kern et al.
 // 2023, section 3.6), the area clipped at edges (see lib/kernel.glsl); by full evaluation or by stochastic evaluation of a reservoir of photons
 // (section 3.8; Vitter 1985).
-// In: ViewSamples, PhotonMaps, the map's radius [m]. Out: FramePixel.caustic or .global [nit].
+// In: ViewSamples, PhotonMaps, the map's radius [m], or with PIXEL_RADII the pixel's own. Out: FramePixel.caustic or .global [nit].
 #version 460
 #ifdef NEAR_GRID
 #extension GL_KHR_shader_subgroup_arithmetic : require
@@ -15,6 +15,9 @@
 #include "lib/camera.glsl"
 #include "lib/photon.glsl"
 #include "lib/kernel.glsl"
+#ifdef PIXEL_RADII
+#include "sppm/statistics.glsl"
+#endif
 #if defined(NEAR_GRID) || defined(NEAR_CELLS)
 #include "lib/grid.glsl"
 #elif defined(NEAR_LISTS)
@@ -78,11 +81,11 @@ void add(NearPhoton p) {
 
 void visit_photon(uint index, NearPhoton photon) {
     if (!accepts(photon)) return;
+    uint place = found++;
     if (!RESERVOIR) {
         add(photon);
         return;
     }
-    uint place = found++;
     if (place >= push.reservoir) place = uint(next4(rng).x * float(found));
     if (place < push.reservoir) kept[place] = index;
 }
@@ -106,7 +109,11 @@ void main() {
     longest = frame.max_depth - view.depth;
     if (STOCHASTIC) rng = Rng(frame.seed, frame.iteration, index, STREAM_GATHER + (push.map << 24));
 
+#ifdef PIXEL_RADII
+    float radius = sqrt(statistics_of(frame, push.statistics, index).radius2[push.map]);
+#else
     float radius = frame.radius[push.map];
+#endif
     inner_radius2 = 0.25 * radius * radius;
     float area = PI * radius * radius, inner_area = PI * inner_radius2;
     height = 0.25 * radius;
@@ -130,6 +137,9 @@ void main() {
 #endif
     vec3 radiance = view.weight * sum / area;
     push.pixels.at[index].bias[push.map] = luminance(radiance - view.weight * inner_sum / inner_area);
+#ifdef PIXEL_RADII
+    push.pixels.at[index].found[push.map] = found;
+#endif
     if (push.map == MAP_CAUSTIC) push.pixels.at[index].caustic = radiance;
     else push.pixels.at[index].global = radiance;
 }

@@ -82,6 +82,7 @@ FramePixel nothing_seen() {
     seen.emission = seen.direct = seen.caustic = seen.global = seen.albedo = seen.normal_w = vec3(0.0);
     seen.depth = 0.0;
     seen.bias = vec2(0.0);
+    seen.found = uvec2(0u);
     return seen;
 }
 

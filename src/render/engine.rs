@@ -23,6 +23,8 @@ pub struct Engine {
     /// Squares (m²) of the caustic and the global radius of the first iteration.
     pub(super) first_radius2: [f64; 2],
     pub(super) alpha: f64,
+    /// See [`crate::technique::Row`].
+    pub(super) pixel_radii: bool,
     pub reservoir: u32,
     pub evaluate: Evaluate,
     pub(super) timings: Timings,
@@ -114,6 +116,22 @@ impl Engine {
         self.frame_data.radius
     }
 
+    /// Radii (m) of the caustic and the global map in an iteration.
+    pub(super) fn radius_in(&self, iteration: u64) -> [f32; 2] {
+        self.first_radius2.map(|first| {
+            let radius2 = match self.pixel_radii {
+                true => first,
+                false => shrink(first, self.alpha, iteration),
+            };
+            radius2.sqrt() as f32
+        })
+    }
+
+    /// How slowly radii shrink, as the settings say.
+    pub fn alpha(&self) -> f32 {
+        self.alpha as f32
+    }
+
     /// The number of the iteration under way, from 0.
     pub fn iteration(&self) -> u32 {
         self.frame_data.iteration
@@ -141,10 +159,7 @@ impl Engine {
     /// Sets the frame for an iteration.
     pub(super) fn begin(&mut self, iteration: u64) {
         self.frame_data.iteration = iteration as u32;
-        for map in 0..2 {
-            self.frame_data.radius[map] =
-                shrink(self.first_radius2[map], self.alpha, iteration).sqrt() as f32;
-        }
+        self.frame_data.radius = self.radius_in(iteration);
     }
 }
 

@@ -17,6 +17,8 @@ pub struct Gather {
     /// The faster of the two, as last measured.
     stochastic: bool,
     pub maps: Buffer<PhotonMaps>,
+    /// Nowhere, unless pixels have radii of their own.
+    pub statistics: Ptr<PixelStatistics>,
 }
 
 impl Gather {
@@ -31,6 +33,7 @@ impl Gather {
             passes: [pass(NAMES[0], 0)?, pass(NAMES[1], FEATURE_STOCHASTIC)?],
             stochastic: engine.evaluate != Evaluate::Full,
             maps: engine.gpu.buffer("photon maps", 1)?,
+            statistics: Ptr::null(),
         })
     }
 
@@ -73,6 +76,7 @@ impl Gather {
                 samples: engine.view.samples.ptr(),
                 maps: self.maps.ptr(),
                 pixels: engine.view.pixels.ptr(),
+                statistics: self.statistics,
                 map,
                 reservoir: engine.reservoir,
             };

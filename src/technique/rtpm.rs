@@ -17,7 +17,7 @@ use glam::Vec3;
 /// Passes, and what holds the photons of one iteration.
 pub struct Rtpm {
     tree: Pass,
-    gather: Gather,
+    pub gather: Gather,
     photons: SortedPhotons,
     structure: Structure,
 }
@@ -34,6 +34,31 @@ enum Structure {
 
 impl Technique for Rtpm {
     fn iterate(&mut self, engine: &mut Engine) -> Result<()> {
+        let (mut commands, counts) = self.build(engine)?;
+        self.gather.record(engine, &mut commands, counts);
+        self.gather.finish(engine, commands)
+    }
+}
+
+impl Rtpm {
+    /// For the engine's traversal, with the gather pass of this technique.
+    pub fn new(engine: &Engine, technique: &str) -> Result<Self> {
+        let (photons, structure) = structure(engine)?;
+        let trace = match structure {
+            Structure::Software(_) => "software",
+            Structure::Query { .. } => "query",
+        };
+        let stem = format!("{technique}.gather.{trace}");
+        Ok(Self {
+            tree: engine.gpu.pass("build", spirv("rtpm.tree")?, &[], None)?,
+            gather: Gather::new(engine, &stem, 0)?,
+            photons,
+            structure,
+        })
+    }
+
+    /// Photons of one iteration and what finds them. Returns how many the caustic and the global map hold.
+    pub fn build(&mut self, engine: &mut Engine) -> Result<(Commands, [u32; 2])> {
         let counts = engine.trace_paths()?;
         self.reserve(engine, counts)?;
         let mut commands = engine.gpu.commands()?;
@@ -41,25 +66,7 @@ impl Technique for Rtpm {
         self.photons
             .record(engine, &mut commands, &self.gather.maps, indices, counts);
         self.record_build(&mut commands, counts)?;
-        self.gather.record(engine, &mut commands, counts);
-        self.gather.finish(engine, commands)
-    }
-}
-
-impl Rtpm {
-    /// For the engine's traversal.
-    pub fn new(engine: &Engine) -> Result<Self> {
-        let (photons, structure) = structure(engine)?;
-        let stem = match structure {
-            Structure::Software(_) => "rtpm.gather.software",
-            Structure::Query { .. } => "rtpm.gather.query",
-        };
-        Ok(Self {
-            tree: engine.gpu.pass("build", spirv("rtpm.tree")?, &[], None)?,
-            gather: Gather::new(engine, stem, 0)?,
-            photons,
-            structure,
-        })
+        Ok((commands, counts))
     }
 
     /// Follows the photon buffers where they grew, and tells shaders where everything lies.

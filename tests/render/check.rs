@@ -54,7 +54,7 @@ impl Drop for Device {
 pub fn techniques(device: &Device) -> Vec<(&'static Row, Trace)> {
     let traversals = device.traversals();
     let of = |row: &Row| match row.name {
-        "rtpm" | "path" => traversals.clone(),
+        "rtpm" | "sppm" | "path" => traversals.clone(),
         _ => vec![Trace::Software],
     };
     TECHNIQUES

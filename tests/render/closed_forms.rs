@@ -6,7 +6,7 @@ use glam::{Vec3, vec3};
 use lightfall::scene::{Light, Scene};
 use std::f32::consts::PI;
 
-const ALBEDO: Vec3 = vec3(0.8, 0.5, 0.3);
+pub const ALBEDO: Vec3 = vec3(0.8, 0.5, 0.3);
 
 /// Where a ray meets the floor, y = 0.
 pub fn on_floor(eye: Vec3, direction: Vec3) -> Vec3 {

@@ -3,6 +3,7 @@
 
 mod check;
 mod closed_forms;
+mod convergence;
 mod estimators;
 mod furnace;
 mod limits;

@@ -99,28 +99,25 @@ fn a_restarted_render_is_a_fresh_one() {
 fn a_resumed_render_gives_the_same_bits() {
     let device = Device::open();
     let scene = showroom(&device);
-    let whole = render(&device, &scene, &software(1), None, 64);
-    let half = render(&device, &scene, &software(1), None, 32);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("half.exr");
-    write(
-        &path,
-        &half,
-        &Display {
-            exposure: Exposure::Auto,
-            tone: Tone::Neutral,
-        },
-    )
-    .unwrap();
-    let resumed = render(
-        &device,
-        &scene,
-        &software(1),
-        Some(&read_picture(&path).unwrap()),
-        32,
-    );
-    assert_eq!(resumed.metadata.iterations, 64);
-    assert_same_bits(&whole, &resumed);
+    let display = Display {
+        exposure: Exposure::Auto,
+        tone: Tone::Neutral,
+    };
+    for row in TECHNIQUES {
+        let settings = Settings {
+            technique: row.name.into(),
+            ..software(1)
+        };
+        let whole = render(&device, &scene, &settings, None, 64);
+        let half = render(&device, &scene, &settings, None, 32);
+        write(&path, &half, &display).unwrap();
+        let saved = read_picture(&path).unwrap();
+        let resumed = render(&device, &scene, &settings, Some(&saved), 32);
+        assert_eq!(resumed.metadata.iterations, 64);
+        assert_same_bits(&whole, &resumed);
+    }
 }
 
 #[test]
