@@ -30,39 +30,49 @@ const FIELDS: &[Field] = &[
         first: 0,
     },
     Field {
-        name: "caustic",
+        name: "direct",
         channels: RGB,
         first: 3,
     },
     Field {
-        name: "global",
+        name: "caustic",
         channels: RGB,
         first: 6,
     },
     Field {
-        name: "albedo",
+        name: "global",
         channels: RGB,
         first: 9,
     },
     Field {
+        name: "albedo",
+        channels: RGB,
+        first: 12,
+    },
+    Field {
         name: "normal",
         channels: &["X", "Y", "Z"],
-        first: 12,
+        first: 15,
     },
     Field {
         name: "depth",
         channels: &["Z"],
-        first: 15,
+        first: 18,
     },
     // Of one iteration; the picture's own variance layer is that of the mean.
     Field {
         name: "resume.variance",
         channels: &["Y"],
-        first: 16,
+        first: 19,
     },
 ];
 /// Floats of the high half, and of the low half after it.
 const HALF: usize = size_of::<FilmPixel>() / 8;
+
+/// Of a channel, all layers together.
+fn radiance(p: &FilmPixel, c: usize) -> f32 {
+    p.emission[c] + p.direct[c] + p.caustic[c] + p.global[c]
+}
 
 impl Film {
     /// Black, of the view's size.
@@ -72,6 +82,15 @@ impl Film {
             pass: gpu.pass("film", spirv("film")?, &[], None)?,
             pixels: gpu.upload("film", &pixels)?,
         })
+    }
+
+    /// Black again.
+    pub fn clear(&self, gpu: &Gpu) -> Result<()> {
+        gpu.write(
+            &self.pixels,
+            0,
+            &vec![FilmPixel::default(); self.pixels.len()],
+        )
     }
 
     /// Adds the iteration in `view.pixels`.
@@ -96,9 +115,7 @@ impl Film {
         };
         let beauty = pixels
             .iter()
-            .flat_map(|p| {
-                std::array::from_fn::<f32, 3, _>(|c| p.emission[c] + p.caustic[c] + p.global[c])
-            })
+            .flat_map(|p| std::array::from_fn::<f32, 3, _>(|c| radiance(p, c)))
             .collect();
         let mut layers = vec![Layer::new("", RGB, beauty)];
         let of_mean = (iterations.max(2) - 1) as f32;
@@ -163,7 +180,7 @@ impl Film {
             mean += [0.2126, 0.7152, 0.0722]
                 .iter()
                 .zip(0..3)
-                .map(|(w, c)| w * f64::from(p.emission[c] + p.caustic[c] + p.global[c]))
+                .map(|(w, c)| w * f64::from(radiance(p, c)))
                 .sum::<f64>();
         }
         let n = pixels.len().max(1) as f64;

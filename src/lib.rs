@@ -15,9 +15,12 @@
 //! | [`technique`] | the techniques, one file each |
 //! | [`render`] | settings and a scene become iterations and a picture |
 //! | [`image`] | pictures: EXR and PNG in and out |
+//! | [`metrics`] | how far a picture is from a reference |
+//! | [`bench`] | the referee: techniques side by side, and the report |
 //! | [`cli`] | the command line, one file per subcommand |
 #![deny(unsafe_code)]
 
+pub mod bench;
 pub mod bvh;
 pub mod cli;
 pub mod error;
@@ -25,6 +28,7 @@ pub mod film;
 #[allow(unsafe_code)]
 pub mod gpu;
 pub mod image;
+pub mod metrics;
 pub mod photons;
 pub mod render;
 pub mod scene;

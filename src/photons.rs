@@ -4,8 +4,7 @@ use crate::Result;
 use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Pass, Ptr, Timings};
 use crate::shaders::spirv;
 use crate::shared::{
-    CULL_CELLS, Counters, CullPush, EmitPush, FEATURE_LEDGER, Frame, Photon, PhotonGrid,
-    PhotonKeysPush,
+    CULL_CELLS, Counters, CullPush, EmitPush, Frame, Photon, PhotonGrid, PhotonKeysPush,
 };
 use crate::sort::{Scan, Sort};
 use crate::view::View;
@@ -32,18 +31,28 @@ pub struct Photons {
 }
 
 impl Photons {
-    /// For `paths` light paths of up to `max_depth` edges an iteration.
-    pub fn new(gpu: &Gpu, world: &World, paths: u32, max_depth: u32, ledger: bool) -> Result<Self> {
+    /// For `paths` light paths of up to `max_depth` edges an iteration; `features` are FEATURE_ bits
+    /// beside the world's.
+    pub fn new(
+        gpu: &Gpu,
+        world: &World,
+        paths: u32,
+        max_depth: u32,
+        features: u32,
+    ) -> Result<Self> {
         let capacity = first_capacity(paths);
         let paths_per_thread = paths_per_thread(gpu);
-        let features = world.features | if ledger { FEATURE_LEDGER } else { 0 };
         let emit = format!("emit.{}", world.variant());
         Ok(Self {
             cull: gpu.pass("cull", spirv("cull")?, &[], None)?,
             emit: gpu.pass(
                 "emit",
                 spirv(&emit)?,
-                &[features, world.stack_size, paths_per_thread],
+                &[
+                    world.features | features,
+                    world.stack_size,
+                    paths_per_thread,
+                ],
                 world.textures.as_ref(),
             )?,
             paths_per_thread,

@@ -9,8 +9,8 @@ use crate::gpu::{DeviceKind, Gpu, Timings};
 use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
 use crate::scene::{Camera, Scene};
-use crate::settings::{AUTO, Evaluate, Settings, Trace};
-use crate::shared::Frame;
+use crate::settings::{AUTO, Direct, Evaluate, Settings, Trace};
+use crate::shared::{FEATURE_DIRECT_RAYS, FEATURE_LEDGER, Frame};
 use crate::technique::{Row, TECHNIQUES, Technique};
 use crate::view::{View, camera_frame};
 use crate::world::{World, check_size};
@@ -67,12 +67,18 @@ impl Renderer {
         let trace = choose_trace(gpu, settings.trace)?;
         let camera = choose_camera(scene, settings.camera.as_deref())?;
         let size = settings.size.unwrap_or_else(|| default_size(camera));
-        let paths = settings.photons.unwrap_or_else(|| default_paths(gpu, size));
+        let paths = match row.photons {
+            true => settings.photons.unwrap_or_else(|| default_paths(gpu, size)),
+            false => 0,
+        };
         let max_depth = settings.max_depth;
+        let rays = settings.direct == Direct::Rays;
+        let direct = if rays { FEATURE_DIRECT_RAYS } else { 0 };
 
         let world = World::new(gpu, scene, trace)?;
-        let view = View::new(gpu, &world, size)?;
-        let photons = Photons::new(gpu, &world, paths, max_depth, settings.ledger)?;
+        let view = View::new(gpu, &world, size, direct)?;
+        let ledger = if settings.ledger { FEATURE_LEDGER } else { 0 };
+        let photons = Photons::new(gpu, &world, paths, max_depth, direct | ledger)?;
         let film = Film::new(gpu, &view)?;
         let frame_data = Frame {
             seed: (settings.seed ^ settings.seed >> 32) as u32,
@@ -85,7 +91,7 @@ impl Renderer {
             gpu: gpu.clone(),
             frame: gpu.upload("frame", &[frame_data])?,
             frame_data,
-            first_radius2: [1.0; 2],
+            first_radius2: [0.0; 2],
             alpha: f64::from(settings.alpha),
             reservoir: settings.reservoir,
             evaluate: settings.evaluate,
@@ -96,10 +102,12 @@ impl Renderer {
             photons,
             film,
         };
-        pilot::prepare(&mut engine, settings)?;
+        if row.photons {
+            pilot::prepare(&mut engine, settings)?;
+        }
         let technique = (row.build)(&engine)?;
         Ok(Self {
-            settings: canonical(settings, &engine, row.name),
+            settings: canonical(settings, &engine, row.name, rays),
             engine,
             technique,
             scene_hash: scene.hash,
@@ -146,6 +154,18 @@ impl Renderer {
         self.technique.iterate(&mut self.engine)?;
         self.iterations += 1;
         self.busy += start.elapsed();
+        Ok(())
+    }
+
+    /// Forgets all iterations and measurements, and keeps what lies on the device: for measurements after a warm-up.
+    /// A technique with a state of its own begins it anew at iteration 0.
+    pub fn restart(&mut self) -> Result<()> {
+        self.engine.film.clear(&self.engine.gpu)?;
+        self.engine.timings.clear();
+        self.engine.ledger = Ledger64::default();
+        self.iterations = 0;
+        self.seconds_before = 0.0;
+        self.busy = Duration::ZERO;
         Ok(())
     }
 
@@ -320,16 +340,17 @@ fn differences(before: &str, now: &str) -> String {
 }
 
 /// Everything that changes the expected image or its random numbers, in one line.
-fn canonical(settings: &Settings, engine: &Engine, technique: &str) -> String {
+fn canonical(settings: &Settings, engine: &Engine, technique: &str, rays: bool) -> String {
     let frame = &engine.frame_data;
     let [caustic, global] = engine.first_radius2.map(f64::sqrt);
     format!(
-        "technique {technique} size {}x{} camera {} photons {} depth {} radius {global:e} caustic {caustic:e} alpha {} cull {} evaluate {} reservoir {} reject {}",
+        "technique {technique} size {}x{} camera {} photons {} depth {} direct {} radius {global:e} caustic {caustic:e} alpha {} cull {} evaluate {} reservoir {} reject {}",
         frame.size[0],
         frame.size[1],
         settings.camera.as_deref().unwrap_or("0"),
         frame.paths,
         frame.max_depth,
+        if rays { "rays" } else { "photons" },
         settings.alpha,
         frame.cull,
         match engine.evaluate {

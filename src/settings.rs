@@ -47,11 +47,17 @@ pub struct Settings {
     #[arg(long, value_enum, default_value_t = Settings::default().trace)]
     pub trace: Trace,
 
-    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length; `hash-grid`: in a
-    /// hashed grid
+    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length; `hash-grid`: in
+    /// rows of a hashed grid; `hash-ppm`, `stochastic-hash`: in lists of a hash table, which keep a choice.
+    /// `path`: none are; paths from the eye alone
     #[arg(long, default_value_t = Settings::default().technique,
           value_parser = clap::builder::PossibleValuesParser::new(technique_names()))]
     pub technique: String,
+
+    /// How a technique that gathers photons finds light that comes to a diffuse surface straight from
+    /// a light
+    #[arg(long, value_enum, default_value_t = Settings::default().direct)]
+    pub direct: Direct,
 
     /// Store only photons that lie in a hash cell near a view sample
     #[arg(long, value_enum, default_value_t = Settings::default().cull)]
@@ -101,6 +107,7 @@ impl Default for Settings {
             max_depth: 12,
             trace: Trace::Auto,
             technique: AUTO.into(),
+            direct: Direct::Auto,
             cull: Switch::Auto,
             evaluate: Evaluate::Full,
             reservoir: 3,
@@ -131,6 +138,17 @@ pub enum Trace {
     Software,
 }
 
+/// What brings direct light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Direct {
+    /// Whichever was measured to err less after the same time
+    Auto,
+    /// Photons, as part of the global map
+    Photons,
+    /// Rays to the lights from what the eye sees; photons carry the rest
+    Rays,
+}
+
 /// How the photons that a gather found are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Evaluate {
@@ -151,7 +169,8 @@ pub enum Switch {
     Off,
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+/// `1280x720`.
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let (w, h) = text
         .split_once(['x', 'X', '×'])
         .ok_or("expected WxH, such as 1280x720")?;

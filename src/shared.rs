@@ -150,6 +150,7 @@ shared_constants! {
     FEATURE_DELTA_LIGHTS = 32;
     FEATURE_LEDGER = 64;
     FEATURE_STOCHASTIC = 128;
+    FEATURE_DIRECT_RAYS = 256;
     /// Rows of [`World::texture_slots`] for each material, in this order.
     SLOT_BASE_COLOR = 0;
     SLOT_METALLIC_ROUGHNESS = 1;
@@ -257,14 +258,17 @@ shared_structs! {
         vertices: Ptr<VertexShading>,
         materials: Ptr<Material>,
         texture_slots: Ptr<TextureSlot>,
+        /// Emissive triangles, then lights without area.
         lights: Ptr<Light>,
+        /// The emissive ones' numbers, in the order of their triangles.
+        lights_by_triangle: Ptr<u32>,
         nodes: Ptr<BvhNode>,
         tlas: [u32; 2],
         /// First triangle of each group: two-sided opaque, two-sided alpha, one-sided opaque,
         /// one-sided alpha (a geometry of the acceleration structure each).
         groups: [u32; 4],
         light_count: u32,
-        /// Lights at the end of the list that have no area.
+        /// Where the lights without area begin.
         first_delta_light: u32,
         center_w: [f32; 3],
         /// Of the bounding sphere (m).
@@ -351,6 +355,7 @@ shared_structs! {
     /// Running means of one pixel over the iterations, each as an unevaluated sum of two floats.
     struct FilmPixel {
         emission: [f32; 3],
+        direct: [f32; 3],
         caustic: [f32; 3],
         global: [f32; 3],
         albedo: [f32; 3],
@@ -359,6 +364,7 @@ shared_structs! {
         /// Variance of one iteration's luminance.
         variance: f32,
         emission_low: [f32; 3],
+        direct_low: [f32; 3],
         caustic_low: [f32; 3],
         global_low: [f32; 3],
         albedo_low: [f32; 3],
@@ -370,6 +376,7 @@ shared_structs! {
     /// One iteration's values of one pixel.
     struct FramePixel {
         emission: [f32; 3],
+        direct: [f32; 3],
         caustic: [f32; 3],
         global: [f32; 3],
         albedo: [f32; 3],
@@ -383,6 +390,13 @@ shared_structs! {
         world: Ptr<World>,
         frame: Ptr<Frame>,
         samples: Ptr<ViewSample>,
+        pixels: Ptr<FramePixel>,
+    }
+
+    /// The arguments of `path`.
+    struct PathPush {
+        world: Ptr<World>,
+        frame: Ptr<Frame>,
         pixels: Ptr<FramePixel>,
     }
 

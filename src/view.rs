@@ -17,15 +17,15 @@ pub struct View {
 }
 
 impl View {
-    /// For images of `size` pixels.
-    pub fn new(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<Self> {
+    /// For images of `size` pixels; `features` are FEATURE_ bits beside the world's.
+    pub fn new(gpu: &Gpu, world: &World, size: [u32; 2], features: u32) -> Result<Self> {
         let stem = format!("view.{}", world.variant());
         let count = size[0] as usize * size[1] as usize;
         Ok(Self {
             pass: gpu.pass(
                 "view",
                 spirv(&stem)?,
-                &[world.features, world.stack_size],
+                &[world.features | features, world.stack_size],
                 world.textures.as_ref(),
             )?,
             size,

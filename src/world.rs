@@ -37,6 +37,7 @@ struct Held {
     materials: Buffer<crate::shared::Material>,
     slots: Buffer<TextureSlot>,
     lights: Buffer<Light>,
+    lights_by_triangle: Buffer<u32>,
     nodes: Option<Buffer<BvhNode>>,
     structure: Option<(Vec<Blas>, Tlas)>,
 }
@@ -73,6 +74,7 @@ impl World {
             .map(|&t| shading(scene, t, folded[t as usize]))
             .collect();
         let lights = lights::lights(scene, &order)?;
+        let by_triangle = lights::by_triangle(&lights);
         let features = features(scene);
         let textures = textures(gpu, scene)?;
         let (min, max) = scene.bounds();
@@ -105,6 +107,7 @@ impl World {
                 },
             )?,
             lights: gpu.upload("lights", &lights)?,
+            lights_by_triangle: gpu.upload("lights by triangle", &by_triangle)?,
             positions,
             nodes,
             structure,
@@ -116,6 +119,7 @@ impl World {
             materials: held.materials.ptr(),
             texture_slots: held.slots.ptr(),
             lights: held.lights.ptr(),
+            lights_by_triangle: held.lights_by_triangle.ptr(),
             nodes: held.nodes.as_ref().map_or(Ptr::null(), Buffer::ptr),
             tlas: held
                 .structure
@@ -123,7 +127,7 @@ impl World {
                 .map_or([0; 2], |(_, tlas)| address_words(tlas.address())),
             groups: [groups[0], groups[1], groups[2], groups[3]],
             light_count: lights.len() as u32,
-            first_delta_light: lights.iter().filter(|l| l.kind == LIGHT_TRIANGLE).count() as u32,
+            first_delta_light: by_triangle.len() as u32,
             center_w: ((min + max) * 0.5).into(),
             radius: (max - min).length() * 0.5,
         };

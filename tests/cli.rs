@@ -229,3 +229,127 @@ fn an_interrupted_render_writes_its_image() {
     assert_eq!(end["iterations"], picture.metadata.iterations);
     assert!(picture.metadata.seconds >= 1.0);
 }
+
+/// 16 x 16 pixels of one grey, with depth.
+fn write_grey(path: &Path, value: f32) {
+    use lightfall::image::{Display, Exposure, Layer, Metadata, Tone, write};
+    let picture = Picture {
+        width: 16,
+        height: 16,
+        layers: vec![
+            Layer::new("", &["R", "G", "B"], vec![value; 768]),
+            Layer::new("depth", &["Z"], vec![2.0 * value; 256]),
+        ],
+        metadata: Metadata::default(),
+    };
+    let display = Display {
+        exposure: Exposure::Auto,
+        tone: Tone::Neutral,
+    };
+    write(path, &picture, &display).unwrap();
+}
+
+#[test]
+fn compare_measures_and_judges() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
+    let (a, b, small) = (at("a.exr"), at("b.exr"), at("small.exr"));
+    write_grey(a.as_ref(), 0.75);
+    write_grey(b.as_ref(), 0.5);
+    let compare = |args: &[&str]| lightfall(&[&["compare", &a, &b], args].concat());
+
+    // (0.25)² / (0.25 + 0.01)
+    let output = compare(&["--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    let numbers: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let near = |name: &str, x: f64| (numbers[name].as_f64().unwrap() - x).abs() < 1e-6;
+    assert!(
+        near("relmse", 0.0625 / 0.26) && near("relmse-trimmed", 0.0625 / 0.26),
+        "{numbers}"
+    );
+    assert!(
+        near("mse", 0.0625) && near("mae", 0.25) && near("not_finite", 0.0),
+        "{numbers}"
+    );
+    let ssim = numbers["ssim"].as_f64().unwrap();
+    assert!((0.9..1.0).contains(&ssim), "{numbers}");
+    let text = String::from_utf8(compare(&[]).stdout).unwrap();
+    assert!(text.contains("relmse          0.240385"), "{text}");
+
+    let layer = lightfall(&["compare", &a, &b, "--layer", "depth", "--json"]);
+    let layer: Value = serde_json::from_slice(&layer.stdout).unwrap();
+    assert_eq!(layer["mae"], 0.5);
+
+    // The limit itself passes; the metric chosen is the one judged.
+    assert_eq!(compare(&["--fail-above", "0.25"]).status.code(), Some(0));
+    assert_eq!(
+        compare(&["--fail-above", "0.25", "--metric", "mae"])
+            .status
+            .code(),
+        Some(0)
+    );
+    let stderr = fails(&["compare", &a, &b, "--fail-above", "0.24"], 1);
+    assert!(
+        stderr.contains("a.exr") && stderr.contains("relmse is 0.240385, above 0.24"),
+        "{stderr}"
+    );
+    fails(
+        &[
+            "compare",
+            &a,
+            &b,
+            "--fail-above",
+            "0.0001",
+            "--metric",
+            "ssim",
+        ],
+        1,
+    );
+
+    for (name, metric) in [("e.png", "flip"), ("e.exr", "mse")] {
+        let path = at(name);
+        let output = compare(&["--metric", metric, "-o", &path]);
+        assert_eq!(output.status.code(), Some(0));
+    }
+    let map = lightfall::image::read_layer(at("e.exr").as_ref(), "").unwrap();
+    assert!(map.pixels.iter().all(|&e| e == 0.0625));
+    assert_eq!(image::open(at("e.png")).unwrap().width(), 16);
+
+    // What cannot be compared.
+    let dot = Picture {
+        width: 1,
+        height: 1,
+        layers: vec![],
+        metadata: Default::default(),
+    };
+    let layers = vec![lightfall::image::Layer::new(
+        "",
+        &["R", "G", "B"],
+        vec![1.0; 3],
+    )];
+    let display = lightfall::image::Display {
+        exposure: lightfall::image::Exposure::Auto,
+        tone: lightfall::image::Tone::Neutral,
+    };
+    lightfall::image::write(small.as_ref(), &Picture { layers, ..dot }, &display).unwrap();
+    let stderr = fails(&["compare", &small, &b], 1);
+    assert!(
+        stderr.contains("small.exr: is 1 x 1 pixels, but the reference is 16 x 16"),
+        "{stderr}"
+    );
+    let stderr = fails(&["compare", &a, &b, "--layer", "caustic"], 1);
+    assert!(
+        stderr.contains("caustic.R") && stderr.contains("depth.Z"),
+        "{stderr}"
+    );
+    let stderr = fails(&["compare", &a, &at("none.exr")], 1);
+    assert!(stderr.contains("none.exr"), "{stderr}");
+    for bad in [
+        ["--fail-above", "nan"],
+        ["--fail-above", "-1"],
+        ["--metric", "taste"],
+        ["-o", "e.jpg"],
+    ] {
+        fails(&[&["compare", &a, &b], &bad[..]].concat(), 2);
+    }
+}

@@ -10,7 +10,8 @@ use std::error::Error;
 use std::path::Path;
 use std::process::Command;
 
-use lightfall::image::{read_picture, read_rgb};
+use lightfall::image::{read_layer, read_picture};
+use lightfall::metrics::{Metric, Pair};
 
 /// A scene, part of its image, and what the rivals named in references/README.md reached after 5, 15
 /// and 60 s on two CPU cores.
@@ -91,7 +92,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("|---|---|---|---|---|---|");
     for rows in ROWS.chunk_by(|a, b| a.scene == b.scene) {
         let scene = rows[0].scene;
-        let (width, height, reference) = read_rgb(&shared.join(format!("references/{scene}.exr")))?;
+        let reference = read_layer(&shared.join(format!("references/{scene}.exr")), "")?;
+        let [width, height] = reference.size;
         for &seconds in &times {
             let image = out.path().join("image.exr");
             let status = Command::new(program()?)
@@ -105,10 +107,11 @@ fn main() -> Result<(), Box<dyn Error>> {
                 return Err(format!("lightfall render of {scene} failed").into());
             }
             let metadata = read_picture(&image)?.metadata;
-            let (_, _, pixels) = read_rgb(&image)?;
+            let pixels = read_layer(&image, "")?;
             for row in rows {
                 let mask = mask(shared, row, (width * height) as usize)?;
-                let error = rel_mse(&pixels, &reference, &mask);
+                let pair = Pair::new(&pixels, &reference)?.only(&mask);
+                let error = pair.measure(Metric::RelMse).value;
                 let rival = match seconds {
                     5 => row.rivals[0],
                     15 => row.rivals[1],
@@ -163,18 +166,4 @@ fn mask(shared: &Path, row: &Row, pixels: usize) -> Result<Vec<bool>, Box<dyn Er
         .pixels()
         .map(|p| (p.0[0] >= 128) == (row.part == Part::White))
         .collect())
-}
-
-/// mean((x − r)² / (r² + 0.01)) over the channels of the pixels in `mask`.
-fn rel_mse(pixels: &[f32], reference: &[f32], mask: &[bool]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0_usize);
-    let pairs = pixels.chunks(3).zip(reference.chunks(3)).zip(mask);
-    for ((x, r), _) in pairs.filter(|(_, wanted)| **wanted) {
-        for (x, r) in x.iter().zip(r) {
-            let (x, r) = (f64::from(*x), f64::from(*r));
-            sum += (x - r).powi(2) / (r * r + 0.01);
-            count += 1;
-        }
-    }
-    sum / count.max(1) as f64
 }

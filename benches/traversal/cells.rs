@@ -14,6 +14,7 @@ pub const CELLS: Row = Row {
     name: "cells",
     paper: "",
     bias: "",
+    photons: true,
     build: |engine| Ok(Box::new(Cells::new(engine)?)),
 };
 

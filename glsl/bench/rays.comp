@@ -17,7 +17,7 @@ void main() {
     Ray ray = push.rays.at[i];
     uint met = NONE;
     if (push.shadow != 0u) {
-        if (occluded(world, ray.origin_w, ray.direction_w, ray.distance_w)) met = 0u;
+        if (occluded(world, ray.origin_w, ray.direction_w, ray.distance_w, false)) met = 0u;
     } else {
         Hit hit;
         if (trace(world, ray.origin_w, ray.direction_w, false, hit)) met = world.triangles.at[hit.triangle].vertices.x;

@@ -102,7 +102,8 @@ bool extend(World world, Frame frame, inout LightPath path) {
     Surface s = surface_at(world, hit.triangle, hit.bary, -path.direction_w);
     path.flux *= segment_transmittance(s, path.medium, hit.distance_w);
     vec4 u = next4(path.rng), v = next4(path.rng);
-    if (max_component(diffuse_color(s)) > 0.0) store(frame, s, v.z, path);
+    // Light straight from a light is found by rays, if so asked.
+    if (max_component(diffuse_color(s)) > 0.0 && !(DIRECT_RAYS && path.edges == 1u)) store(frame, s, v.z, path);
 
     BsdfSample event = sample_bsdf(s, false, u, v.xy);
     path.specular_only = path.specular_only && event.lobe != LOBE_DIFFUSE;

@@ -41,12 +41,13 @@ void main() {
     float n = float(frame.iteration + 1u);
 
     // Welford 1962, as a running mean of (x - m_before)(x - m_after).
-    float y = luminance(x.emission + x.caustic + x.global);
-    float before = luminance(film.emission + film.caustic + film.global);
+    float y = luminance(x.emission + x.direct + x.caustic + x.global);
+    float before = luminance(film.emission + film.direct + film.caustic + film.global);
     update3(film.emission, film.emission_low, x.emission, n);
+    update3(film.direct, film.direct_low, x.direct, n);
     update3(film.caustic, film.caustic_low, x.caustic, n);
     update3(film.global, film.global_low, x.global, n);
-    float after = luminance(film.emission + film.caustic + film.global);
+    float after = luminance(film.emission + film.direct + film.caustic + film.global);
     update(film.variance, film.variance_low, (y - before) * (y - after), n);
 
     update3(film.albedo, film.albedo_low, x.albedo, n);

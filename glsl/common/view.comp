@@ -1,8 +1,7 @@
 // Camera paths through specular events to the first diffuse one (Kern et al. 2023, section 3.3).
-// In: World, Frame. Out: a ViewSample per pixel; in FramePixel the radiance [nit] of emitters met
-// on the way (paths E S* L), and albedo, normal and depth of the first surface.
-// The partition of paths: E S* L here; everything with a diffuse event is gathered from photons. The
-// last rough event before a light is sampled towards the light too (see lib/direct.glsl).
+// In: World, Frame. Out: a ViewSample per pixel; in FramePixel radiance [nit]: emission, and with
+// DIRECT_RAYS direct light (see lib/eye.glsl for the partition of paths); albedo, normal and depth of
+// the first surface.
 #version 460
 #include "lib/pass.glsl"
 #include "lib/math.glsl"
@@ -14,6 +13,7 @@
 #include "lib/light.glsl"
 #include "lib/direct.glsl"
 #include "lib/camera.glsl"
+#include "lib/eye.glsl"
 
 PUSH(ViewPush);
 
@@ -47,70 +47,30 @@ void main() {
     if (!pixel_of_thread(frame, thread_index(), pixel)) return;
     World world = push.world.at[0];
     uint index = pixel.y * frame.size.x + pixel.x;
-    Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_VIEW);
 
     ViewSample result;
     result.weight = vec3(0.0);
-    FramePixel seen;
-    seen.emission = seen.caustic = seen.global = seen.albedo = seen.normal_w = vec3(0.0);
-    seen.depth = 0.0;
-
-    // The place in the pixel and the first event go through a sequence over the iterations.
-    uint seed = mix_seed(frame.seed ^ mix_seed(STREAM_VIEW + index));
-    vec3 origin = frame.camera_position_w;
-    vec3 direction = camera_direction(frame, pixel, sequence_pair(frame.iteration, seed));
-    vec3 throughput = vec3(1.0), medium = vec3(0.0);
-    float path_length = 0.0;
-    // Of the event that led here, where lights were sampled too; 0 where they were not.
-    float pdf_solid_angle = 0.0;
-    for (uint edges = 1u; edges <= frame.max_depth; edges++) {
-        Hit hit;
-        if (!trace(world, origin, direction, true, hit)) break;
-        Surface s = surface_at(world, hit.triangle, hit.bary, -direction);
-        path_length += hit.distance_w;
-        if (edges == 1u) {
-            seen.albedo = s.base_color;
-            seen.normal_w = s.normal_s;
-            seen.depth = hit.distance_w;
-        }
-        throughput *= segment_transmittance(s, medium, hit.distance_w);
-        if (max_component(s.emission) > 0.0) {
-            float weight = 1.0;
-            if (pdf_solid_angle > 0.0)
-                weight = pdf_solid_angle / (pdf_solid_angle + light_pdf_solid_angle(world, hit.triangle, direction, hit.distance_w));
-            seen.emission += throughput * s.emission * weight;
-        }
-        if (edges == frame.max_depth) break;
-        if (HAS_SPECULAR && s.alpha > 0.0) seen.emission += throughput * specular_light(world, s, next_bits(rng), next4(rng).xy);
-
-        vec4 u = edges == 1u
-            ? vec4(sequence_pair(frame.iteration, seed + 1u), sequence_pair(frame.iteration, seed + 2u))
-            : next4(rng);
-        BsdfSample event = sample_bsdf(s, true, u, vec2(0.0));
+    FramePixel seen = nothing_seen();
+    EyePath path = begin_eye_path(frame, pixel, index);
+    Surface s;
+    uint triangle;
+    while (arrive(world, path, seen, s, triangle) && path.edges < frame.max_depth) {
+        add_direct_light(world, s, DIRECT_RAYS, path, seen);
+        BsdfSample event = next_event(s, DIRECT_RAYS, path);
         if (event.lobe == LOBE_DIFFUSE) {
             result.position_w = s.position_w;
-            result.weight = throughput * diffuse_color(s) / (PI * event.probability);
+            result.weight = path.throughput * diffuse_color(s) / (PI * event.probability);
             result.wo = pack_direction(s.wo);
             result.normal_g = pack_direction(s.normal_g);
             result.fresnel = packHalf2x16(vec2(max_component(s.f0), s.f90));
-            result.depth = edges;
-            find_edges(world, hit.triangle, s, result);
-            result.footprint = path_length * 2.0 * length(frame.camera_up_w) / float(frame.size.y);
+            result.depth = path.edges;
+            find_edges(world, triangle, s, result);
+            result.footprint = path.length_w * 2.0 * length(frame.camera_up_w) / float(frame.size.y);
+            // Towards lights that are easier to hit than to sample.
+            if (DIRECT_RAYS && depart(s, event, path)) arrive(world, path, seen, s, triangle);
             break;
         }
-        throughput *= event.weight;
-        pdf_solid_angle = 0.0;
-        if (HAS_SPECULAR) eval_specular(s, event.wi, pdf_solid_angle);
-        if (event.lobe == LOBE_NONE || max_component(throughput) <= 0.0) break;
-        // Long specular chains: the same roulette as photons play, from the fourth event on.
-        if (edges >= 4u) {
-            float survival = min(1.0, average(throughput));
-            if (next4(rng).x >= survival) break;
-            throughput /= survival;
-        }
-        medium = next_medium(s, medium, event.lobe);
-        origin = leave(s, event.wi);
-        direction = event.wi;
+        if (!depart(s, event, path)) break;
     }
     push.samples.at[index] = result;
     push.pixels.at[index] = seen;

@@ -141,7 +141,9 @@ Lobes lobes_at(Surface s, float cos_h) {
 BsdfSample sample_bsdf(Surface s, bool radiance, vec4 u, vec2 v) {
     BsdfSample result = BsdfSample(LOBE_NONE, vec3(0.0), vec3(0.0), 1.0);
     float cos_o = dot(s.normal_s, s.wo);
-    // The shading normal can point away from the eye that sees the face: treat as grazing.
+    vec3 normal_diffuse = s.normal_s;
+    // The shading normal can point away from the eye that sees the face: treat as grazing. Not the
+    // diffuse lobe, whose value does not depend on wo: photons find it about their own normal.
     if (cos_o <= 0.0) {
         s.normal_s = s.normal_g;
         cos_o = dot(s.normal_g, s.wo);
@@ -158,7 +160,7 @@ BsdfSample sample_bsdf(Surface s, bool radiance, vec4 u, vec2 v) {
     if (choice < lobes.choice.x) {
         result.lobe = LOBE_DIFFUSE;
         result.probability = lobes.choice.x / w_sum;
-        result.wi = frame * sample_cosine(v);
+        result.wi = frame_of(normal_diffuse) * sample_cosine(v);
         result.weight = diffuse_color(s) * (diffuse_transmittance(s.f0, s.f90, s.wo, result.wi) / result.probability);
         if (dot(result.wi, s.normal_g) <= 0.0) result.weight = vec3(0.0);
     } else if (choice < lobes.choice.x + lobes.choice.y) {
@@ -185,6 +187,18 @@ BsdfSample sample_bsdf(Surface s, bool radiance, vec4 u, vec2 v) {
         result.weight = below ? lobes.transmittance * (scale * g1 / result.probability) : vec3(0.0);
     }
     return result;
+}
+
+// The diffuse lobe towards wi, and about the density (solid angle) with which sample_bsdf draws wi from
+// it, the choice of the lobe included: that choice depends on the microfacet, which is taken to lie in
+// the surface. Exact where there is one microfacet, and good enough to weigh two strategies by.
+vec3 eval_diffuse(Surface s, vec3 wi, out float pdf_solid_angle) {
+    pdf_solid_angle = 0.0;
+    float cos_i = dot(s.normal_s, wi);
+    if (cos_i <= 0.0 || dot(s.normal_g, wi) <= 0.0) return vec3(0.0);
+    vec3 choice = lobes_at(s, clamp(dot(s.normal_s, s.wo), 0.0, 1.0)).choice;
+    pdf_solid_angle = cos_i / PI * (choice.x / max(choice.x + choice.y + choice.z, 1e-30));
+    return diffuse_color(s) * (diffuse_transmittance(s.f0, s.f90, s.wo, wi) / PI);
 }
 
 // Both specular lobes towards wi, and the density (solid angle) with which sample_bsdf draws wi from

@@ -43,6 +43,12 @@ vec2 sample_triangle(vec2 u) {
 
 float triangle_area(Corners p) { return 0.5 * length(cross(p.p1 - p.p0, p.p2 - p.p0)); }
 
+// Radiance [nit] of a point of an emissive triangle, by its front.
+vec3 emission_at(World world, uint triangle, vec2 bary) {
+    if (HAS_ALPHA && (world.triangles.at[triangle].material & TRIANGLE_ALPHA) != 0u && is_cut_out(world, triangle, bary)) return vec3(0.0);
+    return surface_at(world, triangle, bary, face_normal(corners_of(world, triangle))).emission;
+}
+
 // u: where on the light; v: direction.
 Emission emit_photon(World world, uint index, uint paths, vec2 u, vec2 v) {
     Light light = world.lights.at[index];
@@ -52,10 +58,9 @@ Emission emit_photon(World world, uint index, uint paths, vec2 u, vec2 v) {
         vec2 bary = sample_triangle(u);
         Corners p = corners_of(world, light.triangle);
         vec3 n = face_normal(p);
-        Surface s = surface_at(world, light.triangle, bary, n);
         e.direction_w = frame_of(n) * sample_cosine(v);
-        e.origin_w = leave(s, e.direction_w);
-        e.flux = s.emission * (PI * triangle_area(p) * share);
+        e.origin_w = interpolate(p.p0, p.p1, p.p2, bary) + n * origin_offset(p);
+        e.flux = emission_at(world, light.triangle, bary) * (PI * triangle_area(p) * share);
     } else if (light.kind == LIGHT_POINT) {
         e.origin_w = light.position_w;
         e.direction_w = sample_cone(v, -1.0);

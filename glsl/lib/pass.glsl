@@ -18,6 +18,7 @@ const bool HAS_ABSORPTION = (FEATURES & FEATURE_ABSORPTION) != 0u;
 const bool HAS_ALPHA = (FEATURES & FEATURE_ALPHA) != 0u;
 const bool HAS_ONE_SIDED = (FEATURES & FEATURE_ONE_SIDED) != 0u;
 const bool HAS_LEDGER = (FEATURES & FEATURE_LEDGER) != 0u;
+const bool DIRECT_RAYS = (FEATURES & FEATURE_DIRECT_RAYS) != 0u;
 const bool STOCHASTIC = (FEATURES & FEATURE_STOCHASTIC) != 0u;
 // Entries of the software traversal's stack: the depth of the scene's tree.
 layout(constant_id = 1) const uint STACK_SIZE = 64u;

@@ -11,23 +11,38 @@ struct Hit {
     float distance_w;
 };
 
-// Edge functions (Plücker, Kensler & Shirley 2006): computed from the corners relative to the
-// origin and never from a shared subexpression with rounding of its own, so two triangles see the
-// opposite sign at a shared edge, and no ray slips between them. x + y + z > 0: front.
-vec3 edge_functions(vec3 a, vec3 b, vec3 c, vec3 d) {
-    precise vec3 ca = vec3(c.y * b.z - c.z * b.y, c.z * b.x - c.x * b.z, c.x * b.y - c.y * b.x);
-    precise vec3 cb = vec3(a.y * c.z - a.z * c.y, a.z * c.x - a.x * c.z, a.x * c.y - a.y * c.x);
-    precise vec3 cc = vec3(b.y * a.z - b.z * a.y, b.z * a.x - b.x * a.z, b.x * a.y - b.y * a.x);
-    precise vec3 e = vec3(d.x * ca.x + d.y * ca.y + d.z * ca.z,
-                          d.x * cb.x + d.y * cb.y + d.z * cb.z,
-                          d.x * cc.x + d.y * cc.y + d.z * cc.z);
+// Shears space so that the ray is an axis (Woop, Benthin & Wald 2013): a place p relative to the
+// origin lies (dot(x, p), dot(y, p)) beside the ray and dot(z, p) along it. Rows of exact ones and
+// zeros instead of the paper's permutation of the axes: the same rounding.
+struct Shear {
+    vec3 x;
+    vec3 y;
+    vec3 z;
+};
+
+Shear shear_along(vec3 direction) {
+    vec3 d = abs(direction);
+    bool x_largest = d.x >= d.y && d.x >= d.z, y_largest = !x_largest && d.y >= d.z;
+    vec3 axis_z = x_largest ? vec3(1, 0, 0) : y_largest ? vec3(0, 1, 0) : vec3(0, 0, 1);
+    vec3 axis_x = axis_z.zxy, axis_y = axis_z.yzx;
+    float inverse = 1.0 / dot(axis_z, direction);
+    // A mirrored y where the ray runs down its axis: fronts stay fronts.
+    return Shear(axis_x - axis_z * (dot(axis_x, direction) * inverse),
+        (axis_y - axis_z * (dot(axis_y, direction) * inverse)) * (inverse < 0.0 ? -1.0 : 1.0), axis_z * inverse);
+}
+
+// Of a triangle's corners relative to the origin. Two triangles see exactly the opposite number at the
+// edge they share, so no ray slips between them. x + y + z > 0: front.
+vec3 edge_functions(vec3 a, vec3 b, vec3 c, Shear s) {
+    precise float ax = dot(s.x, a), ay = dot(s.y, a), bx = dot(s.x, b), by = dot(s.y, b), cx = dot(s.x, c), cy = dot(s.y, c);
+    precise vec3 e = vec3(cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
     return e;
 }
 
 // Of the point where a ray meets a triangle's plane, kept inside the triangle.
 Hit complete_hit(World world, uint triangle, vec3 origin, vec3 direction) {
     Corners p = corners_of(world, triangle);
-    vec3 e = edge_functions(p.p0 - origin, p.p1 - origin, p.p2 - origin, direction);
+    vec3 e = edge_functions(p.p0 - origin, p.p1 - origin, p.p2 - origin, shear_along(direction));
     float det = e.x + e.y + e.z;
     // Hardware can hit, edge-on, what has no area here.
     vec2 bary = det != 0.0 ? clamp(e.yz / det, vec2(0.0), vec2(1.0)) : vec2(0.0);
@@ -62,9 +77,9 @@ bool trace(World world, vec3 origin, vec3 direction, bool skip_backs, out Hit hi
     return true;
 }
 
-bool occluded(World world, vec3 origin, vec3 direction, float distance_w) {
+bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool skip_backs) {
     rayQueryEXT query;
-    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsTerminateOnFirstHitEXT, 0xff, origin, 0.0, direction, distance_w);
+    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsTerminateOnFirstHitEXT | (skip_backs ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsNoneEXT), 0xff, origin, 0.0, direction, distance_w);
     proceed(query, world, origin, direction);
     return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
 }
@@ -85,6 +100,7 @@ uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, b
     // A zero component would make 0 · inf in a slab that the origin lies on.
     vec3 safe = mix(direction, vec3(1e-30), lessThan(abs(direction), vec3(1e-30)));
     vec3 inverse = 1.0 / safe;
+    Shear shear = shear_along(direction);
     uint stack[STACK_SIZE];
     uint top = 0u, found = NONE;
     uint node = 0u;
@@ -120,10 +136,10 @@ uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, b
             vec3 a = world.positions_w.at[3u * i] - origin;
             vec3 b = world.positions_w.at[3u * i + 1u] - origin;
             vec3 c = world.positions_w.at[3u * i + 2u] - origin;
-            vec3 e = edge_functions(a, b, c, direction);
+            vec3 e = edge_functions(a, b, c, shear);
             float det = e.x + e.y + e.z;
             bool inside = (e.x >= 0.0 && e.y >= 0.0 && e.z >= 0.0) || (e.x <= 0.0 && e.y <= 0.0 && e.z <= 0.0);
-            float t = (e.x * dot(direction, a) + e.y * dot(direction, b) + e.z * dot(direction, c)) / det;
+            float t = (e.x * dot(shear.z, a) + e.y * dot(shear.z, b) + e.z * dot(shear.z, c)) / det;
             if (inside && det != 0.0 && t > 0.0 && t < t_max) {
                 bool there = true;
                 if (HAS_ALPHA || HAS_ONE_SIDED) {
@@ -155,8 +171,8 @@ bool trace(World world, vec3 origin, vec3 direction, bool skip_backs, out Hit hi
     return true;
 }
 
-bool occluded(World world, vec3 origin, vec3 direction, float distance_w) {
-    return traverse(world, origin, direction, distance_w, true, false) != NONE;
+bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool skip_backs) {
+    return traverse(world, origin, direction, distance_w, true, skip_backs) != NONE;
 }
 
 #endif

@@ -1,7 +1,9 @@
 //! What can be typed. Ranges are checked here; clap prints the fault and exits with 2.
 
 use crate::{
+    bench::plan::Budget,
     image::{Display, Format},
+    metrics::Metric,
     settings::Settings,
 };
 use clap::{
@@ -28,6 +30,17 @@ pub enum Command {
     /// Stops after 60 s unless --iterations or --time says otherwise. Ctrl-C finishes the iteration
     /// and writes the image so far; a second Ctrl-C ends at once without an image.
     Render(Box<RenderArgs>),
+    /// Measure techniques side by side: error over time, time of each pass, who is ahead
+    ///
+    /// Writes results.json, results.csv and report.html, which opens in any browser. Ctrl-C writes what was measured so far; a second Ctrl-C ends at
+    /// once without it.
+    Bench(BenchArgs),
+    /// Measure how far an image is from a reference
+    ///
+    /// Prints all metrics. relmse: mean of (x − r)² / (r² + 0.01) over pixels and channels; relmse-trimmed: without the worst
+    /// 0.1 % of the pixels; mse, mae; ssim: 1 for equal images (Wang et al. 2004), of luminance as a PNG shows it; flip:
+    /// HDR-FLIP (Andersson et al. 2021). Pixels that are not finite are counted and left out.
+    Compare(CompareArgs),
     /// Show what a glTF file holds and what of it will not be rendered
     Info {
         /// A .gltf or .glb file
@@ -35,6 +48,102 @@ pub enum Command {
     },
     /// Say whether this machine can render, and what to install if it cannot
     Doctor,
+}
+
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// .gltf or .glb files
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+
+    /// Techniques, each with settings of its own where wanted: rtpm,rtpm:cull=off,evaluate=stochastic
+    #[arg(long, value_name = "LIST", default_value = "all")]
+    pub techniques: String,
+
+    /// What each technique gets for each seed: a time (30s, 5m) or iterations (200i)
+    #[arg(long, value_name = "TIME|Ni", default_value = "10s", value_parser = parse_budget)]
+    pub budget: Budget,
+
+    /// How often all is measured, with other random numbers; six and more make 95 % intervals
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub seeds: u64,
+
+    /// What is taken for the truth: an .exr file, a folder with a <scene>.exr for each, or auto: a long render, kept in --cache
+    #[arg(long, value_name = "FILE|FOLDER|auto", default_value = "auto")]
+    pub reference: PathBuf,
+
+    /// How long a reference is rendered [default: ten times --budget]
+    #[arg(long, value_name = "TIME|Ni", value_parser = parse_budget)]
+    pub reference_budget: Option<Budget>,
+
+    /// Where references are kept [default: the user's cache folder]
+    #[arg(long, value_name = "FOLDER")]
+    pub cache: Option<PathBuf>,
+
+    /// Image size (px) [default: the reference's, or 256x256]
+    #[arg(long, value_name = "WxH", value_parser = crate::settings::parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Settings of `lightfall render` for all techniques: photons=100000,max-depth=8,camera=1
+    #[arg(
+        long,
+        value_name = "KEY=VALUE,…",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub set: String,
+
+    /// Leave out the measurements of culling, stochastic evaluation and radii one by one
+    #[arg(long)]
+    pub skip_ablation: bool,
+
+    /// Where the report goes
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: PathBuf,
+
+    /// Vulkan device, by its index or part of its name, as `lightfall doctor` lists them
+    /// [default: the best]
+    #[arg(long, value_name = "N|NAME")]
+    pub device: Option<String>,
+
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// An .exr image
+    pub image: PathBuf,
+
+    /// The .exr image that is taken for the truth, of the same size
+    pub reference: PathBuf,
+
+    /// What the error image shows and --fail-above judges
+    #[arg(long, value_enum, default_value_t = Metric::RelMse)]
+    pub metric: Metric,
+
+    /// Where an image of the error goes: .exr holds the numbers, .png colours from black to pale yellow: flip and ssim linear
+    /// from 0 to 1, others logarithmic from 0.0001 to 1 (mse and mae: of the reference's mean)
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_path))]
+    pub output: Option<PathBuf>,
+
+    /// Exit with 1 if the metric (for ssim: 1 − SSIM) is above X, or a pixel is not finite
+    #[arg(long, value_name = "X", value_parser = parse_limit)]
+    pub fail_above: Option<f64>,
+
+    /// Compare this layer of both, such as `caustic` [default: the beauty image]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub layer: String,
+
+    /// Print one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -99,6 +208,23 @@ fn resumable_path(path: PathBuf) -> Result<PathBuf, &'static str> {
     match Format::of(&path) {
         Ok(Format::Exr) => Ok(path),
         _ => Err("only .exr images hold all that is needed to go on"),
+    }
+}
+
+fn parse_budget(text: &str) -> Result<Budget, String> {
+    if let Some(number) = text.strip_suffix('i') {
+        return match number.parse() {
+            Ok(n) if n > 0 => Ok(Budget::Iterations(n)),
+            _ => Err("expected iterations above 0, such as 200i".into()),
+        };
+    }
+    parse_time(text).map(|time| Budget::Seconds(time.as_secs_f64()))
+}
+
+fn parse_limit(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(x) if (0.0..f64::INFINITY).contains(&x) => Ok(x),
+        _ => Err("expected a number from 0".into()),
     }
 }
 

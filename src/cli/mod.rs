@@ -1,13 +1,15 @@
 //! The command line: one file per subcommand.
 
 mod args;
+mod bench;
+mod compare;
 pub mod doctor;
 mod info;
 mod interrupt;
 mod progress;
 mod render;
 
-pub use args::{Cli, Command, RenderArgs};
+pub use args::{BenchArgs, Cli, Command, CompareArgs, RenderArgs};
 
 use crate::{Error, Result, scene::Scene, world::scene_features};
 
@@ -26,6 +28,8 @@ pub enum Outcome {
 pub fn run(cli: &Cli) -> Result<Outcome> {
     match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Bench(args) => bench::run(args),
+        Command::Compare(args) => compare::run(args).map(|()| Outcome::Done),
         Command::Info { scene } => info::run(scene).map(|()| Outcome::Done),
         Command::Doctor => doctor::run().map(|()| Outcome::Done),
     }

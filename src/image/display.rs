@@ -17,6 +17,16 @@ pub struct Display {
     pub tone: Tone,
 }
 
+impl Display {
+    /// The exposure (EV) that linear RGB `pixels` get.
+    pub fn ev(&self, pixels: &[f32]) -> f64 {
+        match self.exposure {
+            Exposure::Auto => auto_exposure(pixels),
+            Exposure::Ev(ev) => ev,
+        }
+    }
+}
+
 /// The power of two that radiance (nit) is multiplied with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Exposure {
@@ -99,14 +109,18 @@ pub fn auto_exposure(rgb: &[f32]) -> f64 {
     (0.18f64.log2() - log_average).min(-high.log2())
 }
 
-/// 8-bit sRGB (IEC 61966-2-1) of display-linear `x` in [0, 1].
-pub(super) fn srgb8(x: f32) -> u8 {
-    let encoded = if x <= 0.003_130_8 {
+/// sRGB (IEC 61966-2-1) of display-linear `x`, both in [0, 1].
+pub fn srgb(x: f32) -> f32 {
+    if x <= 0.003_130_8 {
         12.92 * x
     } else {
         1.055 * x.powf(1.0 / 2.4) - 0.055
-    };
-    (encoded * 255.0 + 0.5) as u8
+    }
+}
+
+/// The same in 8 bits.
+pub(super) fn srgb8(x: f32) -> u8 {
+    (srgb(x) * 255.0 + 0.5) as u8
 }
 
 fn parse_exposure(text: &str) -> Result<Exposure, String> {

@@ -1,6 +1,6 @@
 //! OpenEXR: one part, 32-bit floats, lossless. <https://openexr.com/en/latest/TechnicalIntroduction.html>
 
-use super::{Layer, Metadata, Picture, file::write_whole};
+use super::{Layer, Metadata, Picture, Rgb, file::write_whole};
 use crate::{Error, Result, settings::MAX_EDGE};
 use exr::{
     image::write::WritableImage,
@@ -143,26 +143,43 @@ pub fn read_picture(path: &Path) -> Result<Picture> {
 /// interleaved floats, row-major from the top left.
 ///
 /// # Errors
-/// The file cannot be read, or has neither R, G and B nor Y at full resolution.
+/// Those of [`read_layer`].
 pub fn read_rgb(path: &Path) -> Result<(u32, u32, Vec<f32>)> {
+    let Rgb { size, pixels } = read_layer(path, "")?;
+    Ok((size[0], size[1], pixels))
+}
+
+/// Reads the channels of `layer`, the beauty image's where empty: R, G and B, else X, Y and Z, else a single
+/// one as grey.
+///
+/// # Errors
+/// The file cannot be read, or has no such channels at full resolution.
+pub fn read_layer(path: &Path, layer: &str) -> Result<Rgb> {
     let Part {
         channel_data, size, ..
     } = read_part(path)?;
     let planes = planes(path, channel_data, size.area())?;
-    let names = if planes.contains_key("R") {
-        ["R", "G", "B"]
-    } else {
-        ["Y"; 3]
-    };
-    let [Some(r), Some(g), Some(b)] = names.map(|name| planes.get(name)) else {
-        let mut found: Vec<_> = planes.into_keys().collect();
-        found.sort();
-        let fault = format!("has no channels R, G, B; it has {}", found.join(", "));
+    let names = [["R", "G", "B"], ["X", "Y", "Z"], ["Y"; 3], ["Z"; 3]];
+    let found = names.iter().find_map(|names| {
+        let [r, g, b] = names.map(|name| planes.get(&channel_name(layer, name)));
+        Some((r?, g?, b?))
+    });
+    let Some((r, g, b)) = found else {
+        let mut names: Vec<_> = planes.into_keys().collect();
+        names.sort();
+        let wanted = ["R", "G", "B"].map(|name| channel_name(layer, name));
+        let fault = format!(
+            "has no channels {}; it has {}",
+            wanted.join(", "),
+            names.join(", ")
+        );
         return Err(Error::image(path, fault));
     };
     let rgb = r.iter().zip(g).zip(b);
-    let rgb = rgb.flat_map(|((&r, &g), &b)| [r, g, b]).collect();
-    Ok((size.0 as u32, size.1 as u32, rgb))
+    Ok(Rgb {
+        size: [size.0 as u32, size.1 as u32],
+        pixels: rgb.flat_map(|((&r, &g), &b)| [r, g, b]).collect(),
+    })
 }
 
 fn read_part(path: &Path) -> Result<Part<AnyChannels<FlatSamples>>> {

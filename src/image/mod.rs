@@ -5,9 +5,10 @@ mod exr;
 mod file;
 mod png;
 
-pub use display::{Display, Exposure, Tone, auto_exposure, neutral};
-pub use exr::{read_picture, read_rgb};
+pub use display::{Display, Exposure, Tone, auto_exposure, neutral, srgb};
+pub use exr::{read_layer, read_picture, read_rgb};
 pub use file::check_output;
+pub use png::{develop, encode_rgb8, write_rgb8};
 
 use crate::{Error, Result};
 use std::path::Path;
@@ -19,6 +20,15 @@ pub struct Picture {
     pub height: u32,
     pub layers: Vec<Layer>,
     pub metadata: Metadata,
+}
+
+/// Three channels without a name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rgb {
+    /// Width and height (px).
+    pub size: [u32; 2],
+    /// Linear, interleaved, row-major from the top left.
+    pub pixels: Vec<f32>,
 }
 
 /// Channels that belong together.

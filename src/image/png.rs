@@ -1,9 +1,9 @@
 //! PNG: 8-bit sRGB of the beauty layer. <https://www.w3.org/TR/png-3/>
 
-use super::{Display, Exposure, Picture, auto_exposure, display::srgb8, file::write_whole};
+use super::{Display, Picture, Tone, display::srgb8, file::write_whole};
 use crate::{Error, Result};
 use png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent};
-use std::{fs::File, io::BufWriter, path::Path};
+use std::{io::Write, path::Path};
 
 /// Writes the beauty layer; returns how many of its floats were not finite and are shown black.
 pub(super) fn write(path: &Path, picture: &Picture, display: &Display) -> Result<usize> {
@@ -14,28 +14,8 @@ pub(super) fn write(path: &Path, picture: &Picture, display: &Display) -> Result
             "the picture has no layer R, G, B to show",
         ));
     };
-    let ev = match display.exposure {
-        Exposure::Auto => auto_exposure(&beauty.pixels),
-        Exposure::Ev(ev) => ev,
-    };
-    let scale = ev.exp2();
-    let mut nonfinite = 0;
-    let bytes: Vec<u8> = beauty
-        .pixels
-        .chunks_exact(3)
-        .flat_map(|pixel| {
-            let exposed = [0, 1, 2].map(|i| {
-                nonfinite += usize::from(!pixel[i].is_finite());
-                if pixel[i].is_finite() {
-                    (f64::from(pixel[i]) * scale) as f32
-                } else {
-                    0.0
-                }
-            });
-            display.tone.apply(exposed).map(srgb8)
-        })
-        .collect();
-
+    let ev = display.ev(&beauty.pixels);
+    let (bytes, nonfinite) = develop(&beauty.pixels, ev, display.tone);
     let mut text = picture.metadata.pairs();
     text.push(("lightfall.exposure", format!("{ev} EV")));
     text.push(("lightfall.tone", display.tone.name().into()));
@@ -43,18 +23,61 @@ pub(super) fn write(path: &Path, picture: &Picture, display: &Display) -> Result
         "Software",
         format!("lightfall {}", picture.metadata.version),
     ));
-    write_whole(path, |file| {
-        let encoded = encode(file, [picture.width, picture.height], &bytes, text);
-        encoded.map_err(|e| match e {
-            EncodingError::IoError(e) => Error::io(path, e),
-            other => Error::image(path, other.to_string()),
-        })
-    })?;
+    write_rgb8(path, [picture.width, picture.height], &bytes, text)?;
     Ok(nonfinite)
 }
 
+/// 8-bit sRGB of linear RGB × 2^`ev`, and how many floats were not finite and are shown black.
+pub fn develop(pixels: &[f32], ev: f64, tone: Tone) -> (Vec<u8>, usize) {
+    let scale = ev.exp2();
+    let mut nonfinite = 0;
+    let exposed = |x: &f32| {
+        nonfinite += usize::from(!x.is_finite());
+        match x.is_finite() {
+            true => (f64::from(*x) * scale) as f32,
+            false => 0.0,
+        }
+    };
+    let mut exposed: Vec<f32> = pixels.iter().map(exposed).collect();
+    let (pixels, _) = exposed.as_chunks_mut();
+    for pixel in pixels.iter_mut() {
+        *pixel = tone.apply(*pixel);
+    }
+    (exposed.into_iter().map(srgb8).collect(), nonfinite)
+}
+
+/// Writes a file of 8-bit sRGB, three bytes a pixel, whole or not at all.
+///
+/// # Errors
+/// Those of the file system.
+pub fn write_rgb8(
+    path: &Path,
+    size: [u32; 2],
+    bytes: &[u8],
+    text: Vec<(&str, String)>,
+) -> Result<()> {
+    write_whole(path, |file| {
+        encode(file, size, bytes, text).map_err(|e| match e {
+            EncodingError::IoError(e) => Error::io(path, e),
+            other => Error::image(path, other.to_string()),
+        })
+    })
+}
+
+/// A PNG file of 8-bit sRGB, three bytes a pixel.
+///
+/// # Errors
+/// There are not as many bytes as `size` says.
+pub fn encode_rgb8(size: [u32; 2], bytes: &[u8]) -> Result<Vec<u8>> {
+    let mut file = Vec::new();
+    match encode(&mut file, size, bytes, Vec::new()) {
+        Ok(()) => Ok(file),
+        Err(e) => Err(Error::image("PNG".as_ref(), e.to_string())),
+    }
+}
+
 fn encode(
-    file: &mut BufWriter<&File>,
+    file: impl Write,
     [width, height]: [u32; 2],
     bytes: &[u8],
     text: Vec<(&str, String)>,

@@ -45,14 +45,19 @@ pub(super) struct Ledger64 {
 }
 
 impl Engine {
+    /// Where the passes of an iteration begin: the device knows the frame.
+    pub fn commands(&self) -> Result<Commands> {
+        self.gpu.write(&self.frame, 0, &[self.frame_data])?;
+        self.gpu.commands()
+    }
+
     /// Camera paths, then light paths, repeated with larger buffers until no photon is lost. Returns
     /// how many photons the caustic and the global map hold.
     pub fn trace_paths(&mut self) -> Result<[u32; 2]> {
         let paths = self.frame_data.paths;
         loop {
             self.frame_data.capacity = self.photons.capacity() as u32;
-            self.gpu.write(&self.frame, 0, &[self.frame_data])?;
-            let mut commands = self.gpu.commands()?;
+            let mut commands = self.commands()?;
             self.view.record(&mut commands, &self.world, &self.frame);
             if self.frame_data.cull != 0 {
                 self.photons

@@ -6,7 +6,7 @@ use crate::{Error, Result};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Emissive triangles by their place in `order`, then lights without area.
+/// Emissive triangles in the order of the file, each with its place in `order`; then lights without area.
 pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     let mut lights = Vec::new();
     let mut fluxes = Vec::new();
@@ -54,6 +54,14 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     fluxes.iter_mut().for_each(|flux| *flux = flux.max(floor));
     alias_table(&mut lights, &fluxes);
     Ok(lights)
+}
+
+/// The numbers of the emissive triangles among `lights`, in the order of their places.
+pub fn by_triangle(lights: &[Light]) -> Vec<u32> {
+    let mut numbers: Vec<u32> = (0..lights.len() as u32).collect();
+    numbers.retain(|&i| lights[i as usize].kind == LIGHT_TRIANGLE);
+    numbers.sort_unstable_by_key(|&i| lights[i as usize].triangle);
+    numbers
 }
 
 fn luminance(c: Vec3) -> f64 {

@@ -5,7 +5,7 @@ use lightfall::gpu::{Gpu, OpenOptions};
 use lightfall::image::Picture;
 use lightfall::render::Renderer;
 use lightfall::scene::Scene;
-use lightfall::settings::{Length, Settings, Trace};
+use lightfall::settings::{Direct, Length, Settings, Trace};
 use lightfall::technique::{Row, TECHNIQUES};
 use std::ops::Deref;
 
@@ -50,20 +50,22 @@ impl Drop for Device {
     }
 }
 
-/// All techniques; those that trace no rays to find photons only on one traversal.
-pub fn techniques(device: &Device) -> Vec<(&'static str, Trace)> {
+/// All techniques; those that differ from `rtpm` in the search for photons only, which is no matter of
+/// rays, on one traversal.
+pub fn techniques(device: &Device) -> Vec<(&'static Row, Trace)> {
     let traversals = device.traversals();
     let of = |row: &Row| match row.name {
-        "rtpm" => traversals.clone(),
+        "rtpm" | "path" => traversals.clone(),
         _ => vec![Trace::Software],
     };
     TECHNIQUES
         .iter()
-        .flat_map(|row| of(row).into_iter().map(|trace| (row.name, trace)))
+        .flat_map(|row| of(row).into_iter().map(move |trace| (row, trace)))
         .collect()
 }
 
-/// Square images of `edge` pixels, `photons` light paths an iteration, one radius [m] for both maps.
+/// Square images of `edge` pixels, `photons` light paths an iteration, one radius [m] for both maps;
+/// direct light by photons.
 pub fn settings(edge: u32, photons: u32, radius: f32) -> Settings {
     Settings {
         size: Some([edge; 2]),
@@ -71,6 +73,7 @@ pub fn settings(edge: u32, photons: u32, radius: f32) -> Settings {
         radius: Some(Length::World(radius)),
         caustic_radius: Some(Length::World(radius)),
         technique: "rtpm".into(),
+        direct: Direct::Photons,
         ..Settings::default()
     }
 }
@@ -168,7 +171,10 @@ pub fn expected(scene: &Scene, edge: u32, radiance: impl Fn(Vec3, Vec3) -> Vec3)
     image
 }
 
-/// Holds a layer to a closed form in every technique and traversal: the mean to 0.5 % and its standard error, each
+/// Iterations of `path` for one that gathers photons, of which each finds many.
+const PATHS_FOR_PHOTONS: u32 = 4;
+
+/// Holds a layer to a closed form by every technique on every traversal: the mean to 0.5 % and its standard error, each
 /// of 3 × 3 blocks to both together; the standard error of the mean must be below 0.25 %, or the
 /// comparison would say nothing.
 pub fn check(
@@ -178,39 +184,71 @@ pub fn check(
     name: &str,
     radiance: impl Fn(Vec3, Vec3) -> Vec3,
 ) {
+    check_by(|_| true, scene, settings, iterations, name, radiance);
+}
+
+/// [`check`] for the techniques that gather photons: for what no path from the eye can find.
+pub fn check_photons(
+    scene: &Scene,
+    settings: &Settings,
+    iterations: u32,
+    name: &str,
+    radiance: impl Fn(Vec3, Vec3) -> Vec3,
+) {
+    check_by(
+        |row| row.photons,
+        scene,
+        settings,
+        iterations,
+        name,
+        radiance,
+    );
+}
+
+fn check_by(
+    wanted: impl Fn(&Row) -> bool,
+    scene: &Scene,
+    settings: &Settings,
+    iterations: u32,
+    name: &str,
+    radiance: impl Fn(Vec3, Vec3) -> Vec3,
+) {
     let device = Device::open();
     let edge = settings.size.unwrap()[0];
     let truth = block_means(&expected(scene, edge, radiance));
-    for (technique, trace) in techniques(&device) {
+    let wanted = |(row, _): &(&'static Row, Trace)| wanted(row);
+    for (row, trace) in techniques(&device).into_iter().filter(wanted) {
         let settings = Settings {
             trace,
-            technique: technique.into(),
+            technique: row.name.into(),
             ..settings.clone()
         };
+        let iterations = match row.photons {
+            true => iterations,
+            false => iterations * PATHS_FOR_PHOTONS,
+        };
+        let trace = format!("{}, {trace:?}", row.name);
         let mut renderer = Renderer::new(&device, scene, &settings).unwrap();
         let found = estimate(&mut renderer, iterations, |picture| {
             block_means(layer(picture, name))
         });
         println!(
-            "{technique}, {trace:?}: mean {:.5} ± {:.5} of the truth",
+            "{trace}: mean {:.5} ± {:.5} of the truth",
             found[0].mean / truth[0],
             found[0].error / truth[0]
         );
         for (block, (f, t)) in found.iter().zip(&truth).enumerate() {
             let (off, sigma, percent) = ((f.mean - t).abs(), SIGMAS * f.error, 0.005 * t.abs());
             if block == 0 {
-                assert!(
-                    f.error <= 0.0025 * t,
-                    "{technique}, {trace:?}: too noisy: {f:?} for {t}"
-                );
+                assert!(f.error <= 0.0025 * t, "{trace}: too noisy: {f:?} for {t}");
                 assert!(
                     off <= percent && off <= sigma.max(1e-5 * t),
-                    "{technique}, {trace:?}: mean {f:?} for {t}"
+                    "{trace}: mean {f:?} for {t}"
                 );
             }
             assert!(
                 off <= sigma + percent,
-                "{technique}, {trace:?}: block {block}: {f:?} for {t}"
+                "{trace}: block {block}: {f:?} for {t}"
             );
         }
     }

@@ -1,6 +1,6 @@
 //! Scenes simple enough for pen and paper: lights over a diffuse floor.
 
-use crate::check::{check, settings};
+use crate::check::{check, check_photons, settings};
 use crate::shapes::*;
 use glam::{Vec3, vec3};
 use lightfall::scene::{Light, Scene};
@@ -137,7 +137,8 @@ fn a_floor_with_tilted_shading_normals() {
     });
 }
 
-/// A coarse sphere with smooth normals under a far light looks as the ideal sphere does.
+/// A coarse sphere with smooth normals under a far light looks as the ideal sphere does, but for 0.07 %
+/// that paths without noise would show; `partition.rs` holds them to photons on smooth spheres.
 #[test]
 fn a_smooth_shaded_sphere() {
     let (direction_w, illuminance) = (vec3(-0.36, -0.8, 0.48), vec3(3.0, 5.0, 7.0));
@@ -149,7 +150,7 @@ fn a_smooth_shaded_sphere() {
         direction_w,
         illuminance,
     });
-    check(&scene, &settings(64, 100_000, 0.03), 16, "", |eye, d| {
+    check_photons(&scene, &settings(64, 100_000, 0.03), 16, "", |eye, d| {
         let b = eye.dot(d);
         let normal = eye + d * (-b - (b * b - eye.length_squared() + 1.0).sqrt());
         ALBEDO * illuminance * -normal.dot(direction_w) / PI

@@ -7,6 +7,7 @@ mod estimators;
 mod furnace;
 mod limits;
 mod optics;
+mod partition;
 mod repeatable;
 mod rivals;
 mod shapes;

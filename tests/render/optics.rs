@@ -1,7 +1,7 @@
 //! Glass and mirrors against Fresnel, Snell and Beer. A layer of n = 1.5 reflects R = 0.04 at normal
 //! incidence; between two such layers the series of reflections sums to (1 - R) / (1 + R).
 
-use crate::check::{check, settings};
+use crate::check::{check, check_photons, settings};
 use crate::closed_forms::{floor_scene, on_floor};
 use crate::shapes::*;
 use glam::{Vec3, vec3};
@@ -138,7 +138,7 @@ fn light_through_a_slab_onto_a_floor() {
     let a = (-0.5_f32).exp();
     let through = (1.0 - R).powi(2) * a / (1.0 - (R * a).powi(2));
     let albedo = scene.materials[0].base_color.truncate();
-    check(
+    check_photons(
         &scene,
         &settings(64, 200_000, 0.05),
         24,

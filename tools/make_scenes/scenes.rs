@@ -87,13 +87,14 @@ pub fn water_basin() -> Vec<u8> {
 
     let plane = Shape::default().quad(dvec3(-3.0, 0.0, -3.0), DVec3::Z * 6.0, DVec3::X * 6.0);
     glb.put("ground", &plane, ground);
-    // Walls 6 cm thick around 1 m × 0.7 m × 0.4 m; the floor lies 2 cm above the ground.
+    // Walls 6 cm thick around 1 m × 0.7 m × 0.4 m; the floor lies 2 cm above the ground. They abut: where
+    // faces coincide, it is chance which one a ray meets.
     let wall = |low, high| Shape::default().cuboid(low, high, 1.0);
     let top = 0.42;
     for (name, low, high) in [
-        ("floor", dvec3(-0.56, 0.005, -0.41), dvec3(0.56, 0.02, 0.41)),
-        ("back", dvec3(-0.56, 0.005, -0.41), dvec3(0.56, top, -0.35)),
-        ("front", dvec3(-0.56, 0.005, 0.35), dvec3(0.56, top, 0.41)),
+        ("floor", dvec3(-0.5, 0.005, -0.35), dvec3(0.5, 0.02, 0.35)),
+        ("back", dvec3(-0.5, 0.005, -0.41), dvec3(0.5, top, -0.35)),
+        ("front", dvec3(-0.5, 0.005, 0.35), dvec3(0.5, top, 0.41)),
         ("left", dvec3(-0.56, 0.005, -0.41), dvec3(-0.5, top, 0.41)),
         ("right", dvec3(0.5, 0.005, -0.41), dvec3(0.56, top, 0.41)),
     ] {

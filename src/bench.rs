@@ -1,0 +1,207 @@
+//! The referee: techniques side by side on one device, measured against a reference, and a report of it.
+//!
+//! | room | what it does |
+//! |---|---|
+//! | [`plan`] | what is to be measured |
+//! | [`reference`] | the image that is taken for the truth |
+//! | [`race`] | variants side by side, one iteration at a time |
+//! | [`ablation`] | culling, evaluation and radius by themselves |
+//! | [`statistics`], [`standing`] | medians, intervals, and who is ahead |
+//! | [`about`] | device, driver, commit, command line |
+//! | [`data`], [`report`] | for machines and for people |
+
+pub mod ablation;
+pub mod about;
+pub mod data;
+pub mod plan;
+pub mod race;
+pub mod reference;
+pub mod report;
+pub mod standing;
+pub mod statistics;
+
+use crate::gpu::Gpu;
+use crate::scene::{self, Scene};
+use crate::settings::Settings;
+use crate::{Error, Result};
+use ablation::Ablation;
+use about::About;
+use plan::{Budget, Plan, Variant};
+use race::{Course, End, Track, race};
+use reference::Reference;
+use std::path::Path;
+
+/// Everything that was measured.
+pub struct Results {
+    pub about: About,
+    pub plan: Plan,
+    pub scenes: Vec<SceneResults>,
+    /// Scenes that could not be measured.
+    pub failures: Vec<Error>,
+    /// Ended before its time.
+    pub interrupted: bool,
+}
+
+/// One scene.
+pub struct SceneResults {
+    pub name: String,
+    pub scene_hash: [u8; 32],
+    pub triangles: usize,
+    pub warnings: Vec<String>,
+    pub size: [u32; 2],
+    pub reference: Reference,
+    /// Of all seeds, seed by seed.
+    pub tracks: Vec<Track>,
+    pub ablation: Option<Ablation>,
+}
+
+/// Size of the images (px) where neither the user nor a reference says.
+const SIZE: [u32; 2] = [256, 256];
+
+/// Runs the plan; what fails is told in the results. `stop` is asked after each iteration, `say` hears how far it is.
+pub fn run(plan: Plan, gpu: &Gpu, stop: &dyn Fn() -> bool, say: &dyn Fn(&str)) -> Results {
+    let mut results = Results {
+        about: About::now(gpu),
+        scenes: Vec::new(),
+        failures: Vec::new(),
+        interrupted: false,
+        plan,
+    };
+    let plan = &results.plan;
+    for path in &plan.scenes {
+        if stop() {
+            break;
+        }
+        match run_scene(plan, gpu, path, stop, say) {
+            Ok(scene) => results.scenes.push(scene),
+            Err(_) if stop() => {}
+            Err(error) => {
+                say(&format!("error: {error}"));
+                results.failures.push(error);
+            }
+        }
+    }
+    results.interrupted = stop();
+    results
+}
+
+fn run_scene(
+    plan: &Plan,
+    gpu: &Gpu,
+    path: &Path,
+    stop: &dyn Fn() -> bool,
+    say: &dyn Fn(&str),
+) -> Result<SceneResults> {
+    let name = path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let scene = scene::load(path)?;
+    say(&format!("{name}: {} triangles", scene.triangles.len()));
+    for warning in &scene.warnings {
+        say(&format!("warning: {warning}"));
+    }
+    let (size, reference) = find_reference(plan, gpu, path, &scene, stop, say)?;
+    let sized = |settings: &Settings| Settings {
+        size: Some(size),
+        ..settings.clone()
+    };
+    let variants: Vec<Variant> = plan
+        .variants
+        .iter()
+        .map(|v| Variant {
+            label: v.label.clone(),
+            settings: sized(&v.settings),
+        })
+        .collect();
+    let course = Course {
+        gpu,
+        scene: &scene,
+        reference: &reference.image,
+        stop,
+    };
+    let mut tracks: Vec<Track> = Vec::new();
+    // Seeds one after another, so that only as many renders as there are variants lie on the device; each is a block in which all
+    // variants run side by side, and comparisons are made within blocks.
+    for seed in 0..plan.seeds {
+        if stop() {
+            break;
+        }
+        let raced = race(&course, &variants, seed, &End::Budget(plan.budget));
+        for track in &raced {
+            say(&progress(plan, seed, &variants, track));
+        }
+        tracks.extend(raced);
+    }
+    let mut ablation = None;
+    if let Some(base) = &plan.ablation
+        && !stop()
+    {
+        let seconds = match plan.budget {
+            Budget::Seconds(seconds) => seconds,
+            Budget::Iterations(_) => statistics::median(tracks.iter().map(Track::total_seconds)),
+        };
+        say("culling, evaluation and radii by themselves");
+        ablation = Some(ablation::measure(&course, &sized(base), seconds));
+    }
+    Ok(SceneResults {
+        name,
+        scene_hash: scene.hash,
+        triangles: scene.triangles.len(),
+        warnings: scene.warnings.clone(),
+        size,
+        reference,
+        tracks,
+        ablation,
+    })
+}
+
+fn find_reference(
+    plan: &Plan,
+    gpu: &Gpu,
+    path: &Path,
+    scene: &Scene,
+    stop: &dyn Fn() -> bool,
+    say: &dyn Fn(&str),
+) -> Result<([u32; 2], Reference)> {
+    if let Some(file) = reference::file(plan, path)? {
+        let found = reference::read(&file)?;
+        let [width, height] = found.image.size;
+        return match plan.size {
+            Some(size) if size != found.image.size => {
+                let fault = format!(
+                    "is {width} x {height} pixels, not the {} x {} of --size",
+                    size[0], size[1]
+                );
+                Err(Error::image(&file, fault))
+            }
+            _ => Ok((found.image.size, found)),
+        };
+    }
+    let size = plan.size.unwrap_or(SIZE);
+    // What all variants share decides the expected image.
+    let first = plan.variants.first().map(|v| &v.settings);
+    let settings = Settings {
+        size: Some(size),
+        camera: first.and_then(|s| s.camera.clone()),
+        max_depth: first.map_or(Settings::default().max_depth, |s| s.max_depth),
+        trace: first.map_or(Settings::default().trace, |s| s.trace),
+        ..Settings::default()
+    };
+    let found = reference::make(plan, gpu, scene, &settings, stop, say)?;
+    Ok((size, found))
+}
+
+fn progress(plan: &Plan, seed: u64, variants: &[Variant], track: &Track) -> String {
+    let label = &variants[track.variant].label;
+    let head = format!("seed {} of {}: {label}", seed + 1, plan.seeds);
+    match (&track.failure, track.checkpoints.last()) {
+        (Some(fault), _) => format!("{head}: {fault}"),
+        (None, None) => format!("{head}: not one iteration"),
+        (None, Some(last)) => format!(
+            "{head}: {} iterations, {:.1} s, relMSE {:.5}",
+            last.iterations, last.seconds, last.errors[0]
+        ),
+    }
+}

@@ -1,0 +1,95 @@
+//! What culling, stochastic evaluation and the radius do by themselves (Kern, Brüll & Grosch 2023, table 4 and figure 10).
+
+use super::plan::Variant;
+use super::race::{Course, End, Track, race};
+use crate::settings::{Evaluate, Length, Settings, Switch};
+
+/// Of one scene.
+pub struct Ablation {
+    /// Neither, culling, stochastic evaluation, both.
+    pub variants: Vec<Variant>,
+    /// One each, of as many iterations.
+    pub tracks: Vec<Track>,
+    pub sweep: Vec<SweepPoint>,
+}
+
+/// The same radii in every iteration, without culling.
+pub struct SweepPoint {
+    /// Times the radii that the scene starts with by default.
+    pub factor: f64,
+    pub full: Track,
+    pub stochastic: Track,
+}
+
+pub const FACTORS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
+
+/// At least so many iterations each, or medians mean nothing.
+const LEAST: u64 = 5;
+
+/// Measures for about `seconds` each: the four combinations, then the radii.
+pub fn measure(course: &Course, base: &Settings, seconds: f64) -> Ablation {
+    let end = End::Rounds {
+        seconds,
+        least: LEAST,
+    };
+    let variants: Vec<Variant> = [
+        ("neither", Switch::Off, Evaluate::Full),
+        ("culling", Switch::On, Evaluate::Full),
+        ("stochastic evaluation", Switch::Off, Evaluate::Stochastic),
+        ("both", Switch::On, Evaluate::Stochastic),
+    ]
+    .into_iter()
+    .map(|(label, cull, evaluate)| Variant {
+        label: label.into(),
+        settings: Settings {
+            cull,
+            evaluate,
+            ..base.clone()
+        },
+    })
+    .collect();
+    let tracks = race(course, &variants, 0, &end);
+    let sweep = match tracks.first() {
+        Some(track) if track.failure.is_none() => sweep(course, base, track, &end),
+        _ => Vec::new(),
+    };
+    Ablation {
+        variants,
+        tracks,
+        sweep,
+    }
+}
+
+fn sweep(course: &Course, base: &Settings, track: &Track, end: &End) -> Vec<SweepPoint> {
+    let variant = |factor: f64, evaluate| Variant {
+        label: format!("radius × {factor}"),
+        settings: Settings {
+            radius: Some(Length::World(track.radii.global * factor as f32)),
+            caustic_radius: Some(Length::World(track.radii.caustic * factor as f32)),
+            // As good as 1: the radius stays.
+            alpha: 0.999_999,
+            cull: Switch::Off,
+            evaluate,
+            ..base.clone()
+        },
+    };
+    let both = |factor| {
+        [
+            variant(factor, Evaluate::Full),
+            variant(factor, Evaluate::Stochastic),
+        ]
+    };
+    let variants: Vec<Variant> = FACTORS.into_iter().flat_map(both).collect();
+    let mut tracks = race(course, &variants, 0, end).into_iter();
+    let mut points = Vec::new();
+    for factor in FACTORS {
+        if let (Some(full), Some(stochastic)) = (tracks.next(), tracks.next()) {
+            points.push(SweepPoint {
+                factor,
+                full,
+                stochastic,
+            });
+        }
+    }
+    points
+}

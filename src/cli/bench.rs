@@ -1,0 +1,127 @@
+//! `lightfall bench`.
+
+use super::{BenchArgs, Outcome, interrupt};
+use crate::{
+    Error, Result,
+    bench::{
+        self, Results, data,
+        plan::{Budget, Plan, settings, variants},
+        report,
+    },
+    gpu::{Gpu, OpenOptions},
+};
+use std::{
+    env, fs,
+    io::Write,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+/// Measures and writes the report.
+pub fn run(args: &BenchArgs) -> Result<Outcome> {
+    let plan = plan(args)?;
+    // What can fail fast fails before anything slow.
+    fs::create_dir_all(&args.output).map_err(|e| Error::io(&args.output, e))?;
+    for scene in &plan.scenes {
+        fs::metadata(scene).map_err(|e| Error::io(scene, e))?;
+    }
+    let gpu = Gpu::open(&OpenOptions {
+        device: args.device.as_deref(),
+        validate: false,
+    })?;
+    let start = Instant::now();
+    let say = |line: &str| {
+        if !args.quiet {
+            let _ = writeln!(
+                std::io::stderr(),
+                "{:6.0} s  {line}",
+                start.elapsed().as_secs_f64()
+            );
+        }
+    };
+    if let Some(minutes) = estimate(&plan) {
+        say(&format!(
+            "this will take about {minutes:.0} min, more where references have to be rendered"
+        ));
+    }
+    interrupt::watch(args.quiet)?;
+    let mut results = bench::run(plan, &gpu, &interrupt::requested, &say);
+    write(&args.output, &results)?;
+    say(&format!(
+        "wrote {}",
+        args.output.join("report.html").display()
+    ));
+    if !results.failures.is_empty() {
+        return Err(results.failures.remove(0));
+    }
+    Ok(match results.interrupted {
+        true => Outcome::Interrupted,
+        false => Outcome::Done,
+    })
+}
+
+fn plan(args: &BenchArgs) -> Result<Plan> {
+    let common = args
+        .set
+        .split(',')
+        .map(str::trim)
+        .filter(|word| !word.is_empty());
+    // The paper's two savings are measured on the paper's technique.
+    let ablation = match args.skip_ablation {
+        true => None,
+        false => Some(settings("rtpm", common)?),
+    };
+    Ok(Plan {
+        scenes: args.scenes.clone(),
+        variants: variants(&args.techniques, &args.set)?,
+        budget: args.budget,
+        seeds: args.seeds,
+        reference: (args.reference != Path::new("auto")).then(|| args.reference.clone()),
+        reference_budget: args.reference_budget.unwrap_or(args.budget.times(10.0)),
+        cache: args
+            .cache
+            .clone()
+            .unwrap_or_else(|| cache_folder(&args.output)),
+        size: args.size,
+        ablation,
+    })
+}
+
+/// The platform's, or beside the report where there is none.
+fn cache_folder(output: &Path) -> PathBuf {
+    let folder = |name: &str| {
+        env::var_os(name)
+            .filter(|v| !v.is_empty())
+            .map(PathBuf::from)
+    };
+    let found = folder("XDG_CACHE_HOME")
+        .or_else(|| folder("LOCALAPPDATA"))
+        .or_else(|| folder("HOME").map(|home| home.join(".cache")));
+    found.map_or_else(
+        || output.join("references"),
+        |f| f.join("lightfall/references"),
+    )
+}
+
+/// Minutes, if the plan says.
+fn estimate(plan: &Plan) -> Option<f64> {
+    let Budget::Seconds(seconds) = plan.budget else {
+        return None;
+    };
+    let runs = plan.variants.len() as f64 * plan.seeds as f64;
+    let ablation = if plan.ablation.is_some() { 2.0 } else { 0.0 };
+    Some(plan.scenes.len() as f64 * seconds * (runs + ablation) / 60.0)
+}
+
+fn write(folder: &Path, results: &Results) -> Result<()> {
+    let files = [
+        ("results.json", format!("{:#}\n", data::json(results))),
+        ("results.csv", data::csv(results)),
+        ("report.html", report::html(results)?),
+    ];
+    for (name, text) in files {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(|e| Error::io(&path, e))?;
+    }
+    Ok(())
+}
