@@ -13,8 +13,8 @@ use lightfall::technique::{Row, Technique};
 pub const CELLS: Row = Row {
     name: "cells",
     paper: "",
-    photons: true,
     bias: "",
+    photons: true,
     build: |engine| Ok(Box::new(Cells::new(engine)?)),
 };
 
