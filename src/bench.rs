@@ -3,8 +3,8 @@
 //! | room | what it does |
 //! |---|---|
 //! | [`plan`] | what is to be measured |
-//! | [`reference`] | the image that is taken for the truth |
-//! | [`race`] | variants side by side, one iteration at a time |
+//! | [`mod@reference`] | the image that is taken for the truth |
+//! | [`mod@race`] | variants side by side, one iteration at a time |
 //! | [`ablation`] | culling, evaluation and radius by themselves |
 //! | [`statistics`], [`standing`] | medians, intervals, and who is ahead |
 //! | [`about`] | device, driver, commit, command line |
@@ -21,6 +21,8 @@ pub mod standing;
 pub mod statistics;
 
 use crate::gpu::Gpu;
+use crate::image::Rgb;
+use crate::metrics::{Split, split};
 use crate::scene::{self, Scene};
 use crate::settings::Settings;
 use crate::{Error, Result};
@@ -30,6 +32,7 @@ use plan::{Budget, Plan, Variant};
 use race::{Course, End, Track, race};
 use reference::Reference;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 /// Everything that was measured.
 pub struct Results {
@@ -50,16 +53,50 @@ pub struct SceneResults {
     pub warnings: Vec<String>,
     pub size: [u32; 2],
     pub reference: Reference,
-    /// Of all seeds, seed by seed.
+    /// Of all seeds, seed by seed; only the first of each variant keeps its image.
     pub tracks: Vec<Track>,
+    /// Of each variant's last images.
+    pub splits: Vec<Option<Split>>,
     pub ablation: Option<Ablation>,
+}
+
+/// What every measurement needs.
+pub struct Session<'a> {
+    pub gpu: &'a Gpu,
+    /// Asked after each iteration: whether to end.
+    pub stop: &'a dyn Fn() -> bool,
+    /// Hears how far it is.
+    pub say: &'a dyn Fn(&str),
+}
+
+/// Says how far something long is, every so often.
+struct Progress {
+    next: Instant,
+}
+
+impl Progress {
+    const INTERVAL: Duration = Duration::from_secs(15);
+
+    fn start() -> Self {
+        Self {
+            next: Instant::now() + Self::INTERVAL,
+        }
+    }
+
+    fn update(&mut self, session: &Session, done: f64) {
+        if Instant::now() >= self.next {
+            self.next = Instant::now() + Self::INTERVAL;
+            (session.say)(&format!("{:3.0} %", 100.0 * done));
+        }
+    }
 }
 
 /// Size of the images (px) where neither the user nor a reference says.
 const SIZE: [u32; 2] = [256, 256];
 
-/// Runs the plan; what fails is told in the results. `stop` is asked after each iteration, `say` hears how far it is.
-pub fn run(plan: Plan, gpu: &Gpu, stop: &dyn Fn() -> bool, say: &dyn Fn(&str)) -> Results {
+/// Runs the plan; what fails is told in the results.
+pub fn run(plan: Plan, session: &Session) -> Results {
+    let Session { gpu, stop, say } = *session;
     let mut results = Results {
         about: About::now(gpu),
         scenes: Vec::new(),
@@ -72,7 +109,7 @@ pub fn run(plan: Plan, gpu: &Gpu, stop: &dyn Fn() -> bool, say: &dyn Fn(&str)) -
         if stop() {
             break;
         }
-        match run_scene(plan, gpu, path, stop, say) {
+        match run_scene(plan, session, path) {
             Ok(scene) => results.scenes.push(scene),
             Err(_) if stop() => {}
             Err(error) => {
@@ -85,13 +122,8 @@ pub fn run(plan: Plan, gpu: &Gpu, stop: &dyn Fn() -> bool, say: &dyn Fn(&str)) -
     results
 }
 
-fn run_scene(
-    plan: &Plan,
-    gpu: &Gpu,
-    path: &Path,
-    stop: &dyn Fn() -> bool,
-    say: &dyn Fn(&str),
-) -> Result<SceneResults> {
+fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults> {
+    let Session { stop, say, .. } = *session;
     let name = path
         .file_stem()
         .unwrap_or_default()
@@ -102,7 +134,7 @@ fn run_scene(
     for warning in &scene.warnings {
         say(&format!("warning: {warning}"));
     }
-    let (size, reference) = find_reference(plan, gpu, path, &scene, stop, say)?;
+    let (size, reference) = find_reference(plan, session, path, &scene)?;
     let sized = |settings: &Settings| Settings {
         size: Some(size),
         ..settings.clone()
@@ -116,10 +148,9 @@ fn run_scene(
         })
         .collect();
     let course = Course {
-        gpu,
+        session,
         scene: &scene,
         reference: &reference.image,
-        stop,
     };
     let mut tracks: Vec<Track> = Vec::new();
     // Seeds one after another, so that only as many renders as there are variants lie on the device; each is a block in which all
@@ -134,6 +165,7 @@ fn run_scene(
         }
         tracks.extend(raced);
     }
+    let splits = split_and_drop(&mut tracks, variants.len(), &reference.image);
     let mut ablation = None;
     if let Some(base) = &plan.ablation
         && !stop()
@@ -153,17 +185,32 @@ fn run_scene(
         size,
         reference,
         tracks,
+        splits,
         ablation,
     })
 }
 
+/// Bias² and variance of each variant; then the images that no picture is made of are let go.
+fn split_and_drop(tracks: &mut [Track], variants: usize, reference: &Rgb) -> Vec<Option<Split>> {
+    let of_variant = |v| {
+        let images: Vec<&Rgb> = standing::of(tracks, v).map(|t| &t.image).collect();
+        split(&images, reference)
+    };
+    let splits = (0..variants).map(of_variant).collect();
+    for v in 0..variants {
+        let measured = tracks
+            .iter_mut()
+            .filter(|t| t.variant == v && !t.checkpoints.is_empty());
+        measured.skip(1).for_each(|t| t.image.pixels = Vec::new());
+    }
+    splits
+}
+
 fn find_reference(
     plan: &Plan,
-    gpu: &Gpu,
+    session: &Session,
     path: &Path,
     scene: &Scene,
-    stop: &dyn Fn() -> bool,
-    say: &dyn Fn(&str),
 ) -> Result<([u32; 2], Reference)> {
     if let Some(file) = reference::file(plan, path)? {
         let found = reference::read(&file)?;
@@ -189,7 +236,7 @@ fn find_reference(
         trace: first.map_or(Settings::default().trace, |s| s.trace),
         ..Settings::default()
     };
-    let found = reference::make(plan, gpu, scene, &settings, stop, say)?;
+    let found = reference::make(plan, session, scene, &settings)?;
     Ok((size, found))
 }
 

@@ -65,13 +65,23 @@ const FIELDS: &[Field] = &[
         channels: &["Y"],
         first: 19,
     },
+    Field {
+        name: "resume.bias",
+        channels: &["Y"],
+        first: 20,
+    },
+    Field {
+        name: "resume.bias_variance",
+        channels: &["Y"],
+        first: 21,
+    },
 ];
 /// Floats of the high half, and of the low half after it.
 const HALF: usize = size_of::<FilmPixel>() / 8;
 
-/// Of a channel, all layers together.
-fn radiance(p: &FilmPixel, c: usize) -> f32 {
-    p.emission[c] + p.direct[c] + p.caustic[c] + p.global[c]
+/// What reaches the eye (nit).
+pub fn radiance(p: &FilmPixel) -> [f32; 3] {
+    std::array::from_fn(|c| p.emission[c] + p.direct[c] + p.caustic[c] + p.global[c])
 }
 
 impl Film {
@@ -105,7 +115,7 @@ impl Film {
 
     /// All layers after `iterations`: the picture's, and those that a resumed render needs.
     pub fn layers(&self, gpu: &Gpu, iterations: u64) -> Result<Vec<Layer>> {
-        let pixels = gpu.read(&self.pixels, 0..self.pixels.len())?;
+        let pixels = self.pixels(gpu)?;
         let floats: &[f32] = bytemuck::cast_slice(&pixels);
         let pick = |first: usize, count: usize| -> Vec<f32> {
             floats
@@ -113,10 +123,7 @@ impl Film {
                 .flat_map(|p| p[first..first + count].iter().copied())
                 .collect()
         };
-        let beauty = pixels
-            .iter()
-            .flat_map(|p| std::array::from_fn::<f32, 3, _>(|c| radiance(p, c)))
-            .collect();
+        let beauty = pixels.iter().flat_map(radiance).collect();
         let mut layers = vec![Layer::new("", RGB, beauty)];
         let of_mean = (iterations.max(2) - 1) as f32;
         let variance = pixels.iter().map(|p| p.variance / of_mean).collect();
@@ -167,27 +174,8 @@ impl Film {
         gpu.write(&self.pixels, 0, &pixels)
     }
 
-    /// Relative standard error of the image: the root mean variance of the mean over the mean
-    /// luminance; NaN-free, 1 where nothing is known yet.
-    pub fn noise(&self, gpu: &Gpu, iterations: u64) -> Result<f64> {
-        if iterations < 2 {
-            return Ok(1.0);
-        }
-        let pixels = gpu.read(&self.pixels, 0..self.pixels.len())?;
-        let (mut variance, mut mean) = (0.0, 0.0);
-        for p in &pixels {
-            variance += f64::from(p.variance.max(0.0)) / (iterations - 1) as f64;
-            mean += [0.2126, 0.7152, 0.0722]
-                .iter()
-                .zip(0..3)
-                .map(|(w, c)| w * f64::from(radiance(p, c)))
-                .sum::<f64>();
-        }
-        let n = pixels.len().max(1) as f64;
-        Ok(if mean > 0.0 {
-            (variance / n).sqrt() / (mean / n)
-        } else {
-            1.0
-        })
+    /// What is known of each pixel, row by row.
+    pub fn pixels(&self, gpu: &Gpu) -> Result<Vec<FilmPixel>> {
+        gpu.read(&self.pixels, 0..self.pixels.len())
     }
 }

@@ -16,7 +16,7 @@
 //! | [`render`] | settings and a scene become iterations and a picture |
 //! | [`image`] | pictures: EXR and PNG in and out |
 //! | [`metrics`] | how far a picture is from a reference |
-//! | [`bench`] | the referee: techniques side by side, and the report |
+//! | [`mod@bench`] | the referee: techniques side by side, and the report |
 //! | [`cli`] | the command line, one file per subcommand |
 #![deny(unsafe_code)]
 

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`Metric::RelMse`] | mean over the channels of (x − r)² / (r² + 0.01) | |
 //! | [`Metric::RelMseTrimmed`] | the same; its mean leaves out the worst 0.1 % of the pixels | |
+//! | [`Metric::Relative`] | (x − r)² / (r² + (m / 10)²) of luminances, where r has the mean m; of the image the root of the mean: what `--target-error` bounds | |
 //! | [`Metric::Mse`], [`Metric::Mae`] | mean over the channels of (x − r)², of \|x − r\| | |
 //! | [`Metric::Ssim`] | structural similarity of displayed luminance, as 1 − SSIM | Wang et al. 2004 |
 //! | [`Metric::Flip`] | HDR-FLIP | Andersson et al. 2020, 2021 |
@@ -17,7 +18,7 @@ mod flip;
 mod seeds;
 mod ssim;
 
-use crate::image::Rgb;
+use crate::image::{Rgb, luminance};
 use clap::ValueEnum;
 
 pub use colormap::magma;
@@ -32,6 +33,8 @@ pub enum Metric {
     /// The same without the worst 0.1 % of the pixels
     #[value(name = "relmse-trimmed")]
     RelMseTrimmed,
+    /// Root mean square of (x − r) / √(r² + (m / 10)²) of luminances, where r has the mean m
+    Relative,
     /// Mean of (x − r)²
     Mse,
     /// Mean of |x − r|
@@ -138,6 +141,7 @@ impl Pair {
     pub fn measure(&self, metric: Metric) -> Measured {
         let map = match metric {
             Metric::RelMse | Metric::RelMseTrimmed => self.each(|x, r| (x - r).powi(2) / weight(r)),
+            Metric::Relative => self.relative(),
             Metric::Mse => self.each(|x, r| (x - r).powi(2)),
             Metric::Mae => self.each(|x, r| (x - r).abs()),
             Metric::Ssim => {
@@ -154,6 +158,7 @@ impl Pair {
         };
         let value = match metric {
             Metric::RelMseTrimmed => trimmed_mean(self.values(&map).flatten().collect()),
+            Metric::Relative => mean(self.values(&map)).sqrt(),
             _ => mean(self.values(&map)),
         };
         Measured { value, map }
@@ -173,6 +178,20 @@ impl Pair {
         pairs.map(of).collect()
     }
 
+    /// The squared errors of luminances, those of dark pixels not blown up without bound.
+    fn relative(&self) -> Vec<f32> {
+        let [test, reference] = [&self.test, &self.reference]
+            .map(|pixels| pixels.iter().map(|p| luminance(*p)).collect::<Vec<_>>());
+        let floor = 0.1 * mean(self.values(&reference));
+        let pairs = test.iter().zip(&reference);
+        pairs
+            .map(|(x, r)| {
+                let (x, r) = (f64::from(*x), f64::from(*r));
+                ((x - r).powi(2) / (r * r + floor * floor)) as f32
+            })
+            .collect()
+    }
+
     /// The pixels' errors, `None` where they do not count.
     fn values(&self, map: &[f32]) -> impl Iterator<Item = Option<f64>> {
         let pairs = map.iter().zip(&self.counted);
@@ -180,8 +199,8 @@ impl Pair {
     }
 }
 
-/// What a squared error is divided by: that of dark pixels is not blown up without bound.
-fn weight(reference: f64) -> f64 {
+/// What relMSE divides a squared error by: that of dark pixels is not blown up without bound.
+pub fn weight(reference: f64) -> f64 {
     reference * reference + 0.01
 }
 

@@ -1,5 +1,6 @@
 //! Settings and a scene become iterations, and iterations a picture.
 
+mod accuracy;
 mod engine;
 mod pilot;
 mod radius;
@@ -18,9 +19,11 @@ use crate::{Error, Result};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+pub use accuracy::{Accuracy, next_look};
 pub use engine::Engine;
 pub use radius::shrink;
 
+use accuracy::accuracy;
 use engine::Ledger64;
 
 /// Radii (m) of one iteration.
@@ -72,7 +75,7 @@ impl Renderer {
             false => 0,
         };
         let max_depth = settings.max_depth;
-        let rays = settings.direct == Direct::Rays;
+        let rays = settings.direct != Direct::Photons;
         let direct = if rays { FEATURE_DIRECT_RAYS } else { 0 };
 
         let world = World::new(gpu, scene, trace)?;
@@ -193,9 +196,10 @@ impl Renderer {
         Radii { global, caustic }
     }
 
-    /// Relative standard error of the picture (see [`Film::noise`]).
-    pub fn noise(&self) -> Result<f64> {
-        self.engine.film.noise(&self.engine.gpu, self.iterations)
+    /// How far the picture is thought to be from the truth.
+    pub fn accuracy(&self) -> Result<Accuracy> {
+        let pixels = self.engine.film.pixels(&self.engine.gpu)?;
+        Ok(accuracy(&pixels, self.engine.view.size[0], self.iterations))
     }
 
     /// All layers so far.

@@ -141,7 +141,7 @@ pub enum Trace {
 /// What brings direct light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Direct {
-    /// Whichever was measured to err less after the same time
+    /// `rays`, which were measured to err about as much or up to half as much after the same time
     Auto,
     /// Photons, as part of the global map
     Photons,

@@ -363,6 +363,9 @@ shared_structs! {
         depth: f32,
         /// Variance of one iteration's luminance.
         variance: f32,
+        /// Of both maps (see [`FramePixel::bias`]), and the variance of one iteration's.
+        bias: f32,
+        bias_variance: f32,
         emission_low: [f32; 3],
         direct_low: [f32; 3],
         caustic_low: [f32; 3],
@@ -371,6 +374,8 @@ shared_structs! {
         normal_w_low: [f32; 3],
         depth_low: f32,
         variance_low: f32,
+        bias_low: f32,
+        bias_variance_low: f32,
     }
 
     /// One iteration's values of one pixel.
@@ -383,6 +388,9 @@ shared_structs! {
         normal_w: [f32; 3],
         /// Distance from the eye to the first surface (m); 0 where there is none.
         depth: f32,
+        /// Luminance (nit) gathered from the caustic and the global map within the radius less that within
+        /// half of it: what shrinking it would still change (see `render::accuracy`).
+        bias: [f32; 2],
     }
 
     /// The arguments of `view`.

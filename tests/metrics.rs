@@ -40,6 +40,7 @@ fn agree_with_independent_implementations() {
     for (metric, expected, tolerance) in [
         (Metric::RelMse, 0.016694613892494745, 1e-6),
         (Metric::RelMseTrimmed, 0.016654674404526303, 1e-6),
+        (Metric::Relative, 0.10648656486683264, 1e-6),
         (Metric::Mse, 0.6160294436668109, 1e-6),
         (Metric::Mae, 0.1838896200793114, 1e-6),
         (Metric::Ssim, 0.019946901382599358, 1e-4),

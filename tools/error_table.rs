@@ -1,8 +1,8 @@
 //! Error after equal time beside other renderers: renders the scenes that have reference images with
-//! no options but size and time, and prints a Markdown table of relMSE.
+//! no options but size, time and those given, and prints a Markdown table of relMSE.
 //!
-//! `cargo run --release --example error-table -- ../shared [SECONDS…]`, where the folder holds
-//! `scenes/paper` and `references`. Build the program first: `cargo build --release`. The time is
+//! `cargo run --release --example error-table -- ../shared [SECONDS…] [OPTIONS…]`, where the folder
+//! holds `scenes/paper` and `references`, and options such as `--direct rays` go to the renderer. Build the program first: `cargo build --release`. The time is
 //! that of `lightfall render --time`: it begins before the first iteration, so that loading the scene
 //! is excluded and compiling the first iteration's pipelines included.
 
@@ -78,9 +78,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let shared = arguments
         .next()
-        .ok_or("usage: error-table FOLDER [SECONDS…]")?;
+        .ok_or("usage: error-table FOLDER [SECONDS…] [OPTIONS…]")?;
     let shared = Path::new(&shared);
-    let times: Vec<u32> = arguments.map(|t| t.parse()).collect::<Result<_, _>>()?;
+    let arguments: Vec<String> = arguments.collect();
+    let options = arguments.iter().position(|a| a.starts_with('-'));
+    let (times, options) = arguments.split_at(options.unwrap_or(arguments.len()));
+    let times: Vec<u32> = times.iter().map(|t| t.parse()).collect::<Result<_, _>>()?;
     let times = if times.is_empty() {
         vec![5, 15, 60]
     } else {
@@ -102,6 +105,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 .args(["--quiet", "--size", &format!("{width}x{height}")])
                 .args(["--time", &seconds.to_string(), "-o"])
                 .arg(&image)
+                .args(options)
                 .status()?;
             if !status.success() {
                 return Err(format!("lightfall render of {scene} failed").into());

@@ -8,7 +8,7 @@ use lightfall::Result;
 use lightfall::gpu::Gpu;
 use lightfall::render::Renderer;
 use lightfall::scene::Scene;
-use lightfall::settings::{Length, Settings, Switch, Trace};
+use lightfall::settings::{Direct, Length, Settings, Switch, Trace};
 use lightfall::technique::{Row, TECHNIQUES};
 use std::collections::BTreeMap;
 
@@ -90,6 +90,7 @@ fn settings(paths: u32, radius: f32, trace: Trace) -> Settings {
         trace,
         // Photons everywhere, whatever the device would choose.
         cull: Switch::Off,
+        direct: Direct::Photons,
         ..Settings::default()
     }
 }

@@ -47,6 +47,9 @@ bool clipped;
 vec3 edge_normal[2];
 
 vec3 sum = vec3(0.0);
+// Of half the radius.
+vec3 inner_sum = vec3(0.0);
+float inner_radius2;
 uint found = 0u;
 uint kept[RESERVOIR ? RESERVOIR_MAX : 1u];
 
@@ -67,10 +70,16 @@ vec3 evaluate(NearPhoton p) {
     return p.flux * diffuse_transmittance(vec3(fresnel.x), fresnel.y, wo, p.wi);
 }
 
+void add(NearPhoton p) {
+    vec3 flux = evaluate(p), offset_w = p.position_w - view.position_w;
+    sum += flux;
+    if (dot(offset_w, offset_w) <= inner_radius2 && abs(dot(offset_w, normal_g)) <= 0.5 * height) inner_sum += flux;
+}
+
 void visit_photon(uint index, NearPhoton photon) {
     if (!accepts(photon)) return;
     if (!RESERVOIR) {
-        sum += evaluate(photon);
+        add(photon);
         return;
     }
     uint place = found++;
@@ -98,24 +107,29 @@ void main() {
     if (STOCHASTIC) rng = Rng(frame.seed, frame.iteration, index, STREAM_GATHER + (push.map << 24));
 
     float radius = frame.radius[push.map];
-    float area = PI * radius * radius;
+    inner_radius2 = 0.25 * radius * radius;
+    float area = PI * radius * radius, inner_area = PI * inner_radius2;
     height = 0.25 * radius;
     clipped = view.edge_distance.x < radius;
     if (clipped) {
         for (int i = 0; i < 2; i++) edge_normal[i] = unpack_direction(view.edge_normal[i]);
-        area = clipped_disc_area(radius, view.edge_distance, dot(edge_normal[0], edge_normal[1]));
+        float cosine = dot(edge_normal[0], edge_normal[1]);
+        area = clipped_disc_area(radius, view.edge_distance, cosine);
+        inner_area = clipped_disc_area(0.5 * radius, view.edge_distance, cosine);
     }
     find_near(maps, push.map, view.position_w, radius);
 
     if (RESERVOIR && found > 0u) {
         uint n = min(found, push.reservoir);
-        for (uint i = 0u; i < n; i++) sum += evaluate(photon_at(maps, kept[i]));
+        for (uint i = 0u; i < n; i++) add(photon_at(maps, kept[i]));
         sum *= float(found) / float(n);
+        inner_sum *= float(found) / float(n);
     }
 #ifdef NEAR_GRID
     if (!wanted) return;
 #endif
     vec3 radiance = view.weight * sum / area;
+    push.pixels.at[index].bias[push.map] = luminance(radiance - view.weight * inner_sum / inner_area);
     if (push.map == MAP_CAUSTIC) push.pixels.at[index].caustic = radiance;
     else push.pixels.at[index].global = radiance;
 }

@@ -1,10 +1,9 @@
-// Light that comes straight from a light: next-event estimation towards one light, combined with paths
-// that hit the light by the balance heuristic (Veach 1997, section 9.2.2), lobe by lobe. Without it a
+// Light that comes straight from a light: next-event estimation, combined with paths that hit the light by the balance heuristic (Veach 1997, section 9.2.2), lobe by lobe. Without it a
 // diffuse wall or a rough mirror finds a small lamp rarely and brightly, and a lamp without area never.
 // Needs bsdf.glsl, trace.glsl, light.glsl.
 // Out: radiance [nit]; densities per solid angle.
 
-// With which `direct_light` would have sampled this point of an emissive triangle.
+// With which `sample_light` would have sampled this point of an emissive triangle.
 float light_pdf_solid_angle(World world, uint triangle, vec3 direction, float distance_w) {
     uint low = 0u, high = world.first_delta_light;
     while (low < high) {
@@ -26,51 +25,93 @@ struct Direct {
     vec3 specular;
 };
 
-// From one light, chosen in proportion to flux. `medium`: what the path is in, on the side of wo.
-// `diffuse`: whether to ask for that lobe. `skip_backs`: of a path from the eye that has met specular
-// surfaces only; its specular lobes see lights as the eye does (see trace.glsl).
-Direct direct_light(World world, Surface s, vec3 medium, bool diffuse, bool skip_backs, uvec2 choice, vec2 u) {
-    Direct d = Direct(vec3(0.0), vec3(0.0));
+// A point on a light, as seen from a surface.
+struct LightSample {
+    vec3 wi;
+    float distance_w;
+    // Unless something is in the way.
+    Direct light;
+};
+
+// Chooses a light in proportion to flux. `medium`: what the path is in, on the side of wo.
+// `diffuse`: whether to ask for that lobe.
+LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec2 choice, vec2 u) {
+    LightSample l;
+    l.light = Direct(vec3(0.0), vec3(0.0));
     Light light = world.lights.at[choose_light(world, choice)];
-    vec3 wi, irradiance;
-    float distance_w, pdf_light = 0.0;
+    vec3 irradiance;
+    float pdf_light = 0.0;
     if (light.kind == LIGHT_TRIANGLE) {
         vec2 bary = sample_triangle(u);
         Corners p = corners_of(world, light.triangle);
         vec3 to = interpolate(p.p0, p.p1, p.p2, bary) - s.position_w;
-        distance_w = length(to);
-        wi = to / distance_w;
-        float cosine = -dot(face_normal(p), wi);
-        if (!(cosine > 0.0)) return d;
+        l.distance_w = length(to);
+        l.wi = to / l.distance_w;
+        float cosine = -dot(face_normal(p), l.wi);
+        if (!(cosine > 0.0)) return l;
         irradiance = emission_at(world, light.triangle, bary);
-        pdf_light = light.probability * distance_w * distance_w / (triangle_area(p) * cosine);
+        pdf_light = light.probability * l.distance_w * l.distance_w / (triangle_area(p) * cosine);
         // The light itself must not shade the light.
-        distance_w *= 0.9999;
+        l.distance_w *= 0.9999;
     } else {
-        irradiance = delta_irradiance(light, s.position_w, wi, distance_w);
-        irradiance /= light.probability;
+        irradiance = delta_irradiance(light, s.position_w, l.wi, l.distance_w) / light.probability;
     }
     if (HAS_ABSORPTION) {
-        uint lobe = dot(s.normal_g, wi) < 0.0 ? LOBE_TRANSMISSION : LOBE_REFLECTION;
-        irradiance *= exp(-next_medium(s, medium, lobe) * distance_w);
+        uint lobe = dot(s.normal_g, l.wi) < 0.0 ? LOBE_TRANSMISSION : LOBE_REFLECTION;
+        irradiance *= exp(-next_medium(s, medium, lobe) * l.distance_w);
     }
-    irradiance *= abs(dot(s.normal_s, wi));
+    irradiance *= abs(dot(s.normal_s, l.wi));
     float pdf_diffuse, pdf_specular;
     if (diffuse) {
-        d.diffuse = eval_diffuse(s, wi, pdf_diffuse) * irradiance;
-        if (pdf_light > 0.0) d.diffuse /= pdf_light + pdf_diffuse;
+        l.light.diffuse = eval_diffuse(s, l.wi, pdf_diffuse) * irradiance;
+        if (pdf_light > 0.0) l.light.diffuse /= pdf_light + pdf_diffuse;
     }
     if (HAS_SPECULAR) {
-        d.specular = eval_specular(s, wi, pdf_specular) * irradiance;
-        if (pdf_light > 0.0) d.specular /= pdf_light + pdf_specular;
+        l.light.specular = eval_specular(s, l.wi, pdf_specular) * irradiance;
+        if (pdf_light > 0.0) l.light.specular /= pdf_light + pdf_specular;
     }
-    // NaN too.
-    if (!(max_component(d.diffuse + d.specular) > 0.0)) return Direct(vec3(0.0), vec3(0.0));
-    vec3 origin = leave(s, wi);
-    if (occluded(world, origin, wi, distance_w, false)) {
+    return l;
+}
+
+// Points on lights, of which one is asked for by a ray. Few lights are covered by the sequences over the
+// iterations, which a choice among candidates would upset; many are not.
+const uint LIGHT_CANDIDATES = 4u;
+const uint FEW_LIGHTS = 16u;
+
+// Resampled importance sampling (Talbot et al. 2005): of a few points on lights the one to ask for by
+// a ray is chosen in proportion to the light that would come from it. The balance heuristic is part of
+// what is resampled, so that it holds as for one point. `skip_backs`: of a path from the eye that has met
+// specular surfaces only; its specular lobes see lights as the eye does (see trace.glsl). u.z: uniform.
+Direct direct_light(World world, Surface s, vec3 medium, bool diffuse, bool skip_backs, uvec2 choice, vec3 u) {
+    uint count = world.light_count > FEW_LIGHTS ? LIGHT_CANDIDATES : 1u;
+    LightSample chosen;
+    float total = 0.0, chosen_weight = 0.0;
+    for (uint i = 0u; i < count; i++) {
+        // Rows of the alias table far from each other, points far from each other (Roberts's R2 sequence).
+        uvec2 shift = uvec2(0xffffffffu / count, 0x9e3779b9u) * i;
+        vec2 at = fract(u.xy + float(i) * vec2(0.7548776662, 0.5698402910));
+        LightSample l = sample_light(world, s, medium, diffuse, choice + shift, at);
+        float weight = max_component(l.light.diffuse + l.light.specular);
+        // Nor NaN.
+        if (!(weight > 0.0)) continue;
+        total += weight;
+        float probability = weight / total;
+        if (u.z < probability) {
+            chosen = l;
+            chosen_weight = weight;
+            u.z /= probability;
+        } else {
+            u.z = (u.z - probability) / (1.0 - probability);
+        }
+    }
+    if (chosen_weight == 0.0) return Direct(vec3(0.0), vec3(0.0));
+    float share = total / (chosen_weight * float(count));
+    Direct d = Direct(chosen.light.diffuse * share, chosen.light.specular * share);
+    vec3 origin = leave(s, chosen.wi);
+    if (occluded(world, origin, chosen.wi, chosen.distance_w, false)) {
         d.diffuse = vec3(0.0);
         bool behind_backs = HAS_ONE_SIDED && skip_backs && max_component(d.specular) > 0.0;
-        if (!behind_backs || occluded(world, origin, wi, distance_w, true)) d.specular = vec3(0.0);
+        if (!behind_backs || occluded(world, origin, chosen.wi, chosen.distance_w, true)) d.specular = vec3(0.0);
     }
     return d;
 }

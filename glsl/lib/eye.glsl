@@ -81,6 +81,7 @@ FramePixel nothing_seen() {
     FramePixel seen;
     seen.emission = seen.direct = seen.caustic = seen.global = seen.albedo = seen.normal_w = vec3(0.0);
     seen.depth = 0.0;
+    seen.bias = vec2(0.0);
     return seen;
 }
 
@@ -113,7 +114,7 @@ bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface 
 void add_direct_light(World world, Surface s, bool diffuse, inout EyePath path, inout FramePixel seen) {
     diffuse = diffuse && max_component(diffuse_color(s)) > 0.0;
     if (!diffuse && !(HAS_SPECULAR && s.alpha > 0.0)) return;
-    Direct d = direct_light(world, s, path.medium, diffuse, path.layer == LAYER_EMISSION, next_pair_bits(path, 0u), next_pair(path, 1u));
+    Direct d = direct_light(world, s, path.medium, diffuse, path.layer == LAYER_EMISSION, next_pair_bits(path, 0u), vec3(next_pair(path, 1u), next_pair(path, 5u).x));
     add_light(seen, layer_after(path.layer, true), path.throughput * d.diffuse);
     add_light(seen, layer_after(path.layer, false), path.throughput * d.specular);
 }

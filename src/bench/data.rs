@@ -2,10 +2,10 @@
 
 use super::ablation::Ablation;
 use super::race::{METRICS, Track};
-use super::standing::{Equal, Standing, decay, of, standings};
+use super::standing::{Equal, Standing, decay, standings};
 use super::statistics::{Estimate, median};
 use super::{Results, SceneResults};
-use crate::metrics::{Metric, Split, split};
+use crate::metrics::Metric;
 use serde_json::{Map, Value, json};
 
 /// Everything; numbers that are not known are null.
@@ -34,7 +34,7 @@ fn scene(scene: &SceneResults, variants: usize) -> Value {
         .map(|b| format!("{b:02x}"))
         .collect();
     let summary = (0..variants).map(|v| {
-        let split = bias_and_variance(scene, v);
+        let split = scene.splits.get(v).copied().flatten();
         json!({
             "technique": v,
             "bias2": split.map(|s| s.bias2),
@@ -54,12 +54,6 @@ fn scene(scene: &SceneResults, variants: usize) -> Value {
         "runs": scene.tracks.iter().map(track).collect::<Vec<_>>(),
         "ablation": scene.ablation.as_ref().map(ablation),
     })
-}
-
-/// Of the last images of a variant's seeds.
-pub fn bias_and_variance(scene: &SceneResults, variant: usize) -> Option<Split> {
-    let images: Vec<_> = of(&scene.tracks, variant).map(|t| &t.image).collect();
-    split(&images, &scene.reference.image)
 }
 
 fn standing(standing: &Standing) -> Value {

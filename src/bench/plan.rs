@@ -87,8 +87,10 @@ pub fn settings<'a>(technique: &str, pairs: impl Iterator<Item = &'a str>) -> Re
         Ok(options) => Ok(options.settings),
         Err(error) => {
             let text = error.render().to_string();
-            let fault = text.lines().next().unwrap_or_default();
-            let fault = fault.strip_prefix("error: ").unwrap_or(fault).to_owned();
+            // The fault and, on the next line, what there is.
+            let lines = text.lines().take_while(|l| !l.is_empty()).map(str::trim);
+            let fault = lines.collect::<Vec<_>>().join(" ");
+            let fault = fault.strip_prefix("error: ").unwrap_or(&fault).to_owned();
             Err(Error::Option {
                 option: "--techniques",
                 fault,
@@ -168,7 +170,7 @@ mod tests {
             ("rtpm:alpha=2", "", "alpha"),
             ("rtpm", "alpha=x", "alpha"),
             ("rtpm,rtpm", "", "twice"),
-            ("", "", "''"),
+            ("", "", "--technique "),
             ("cull=off", "", "cull=off"),
         ] {
             let fault = variants(list, common).unwrap_err().to_string();

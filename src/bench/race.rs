@@ -1,6 +1,7 @@
 //! Techniques side by side on one device: whatever else the machine does hits all of them alike.
 
 use super::plan::{Budget, Variant, checkpoints};
+use super::{Progress, Session};
 use crate::Result;
 use crate::gpu::Gpu;
 use crate::image::{Picture, Rgb};
@@ -71,11 +72,9 @@ impl Track {
 
 /// Where and against what variants race.
 pub struct Course<'a> {
-    pub gpu: &'a Gpu,
+    pub session: &'a Session<'a>,
     pub scene: &'a Scene,
     pub reference: &'a Rgb,
-    /// Asked after each iteration: whether to end.
-    pub stop: &'a dyn Fn() -> bool,
 }
 
 /// When a race ends.
@@ -93,8 +92,9 @@ pub fn race(course: &Course, variants: &[Variant], seed: u64, end: &End) -> Vec<
         .enumerate()
         .map(|(i, variant)| Runner::start(course, i, &variant.settings, seed))
         .collect();
-    while !(course.stop)() {
-        let total: f64 = runners.iter().map(|r| r.track.total_seconds()).sum();
+    let mut progress = Progress::start();
+    while !(course.session.stop)() {
+        let total: f64 = runners.iter().map(|r| r.busy).sum();
         let used = |runner: &Runner| {
             let (n, seconds) = (runner.track.iterations(), runner.busy);
             match *end {
@@ -111,9 +111,14 @@ pub fn race(course: &Course, variants: &[Variant], seed: u64, end: &End) -> Vec<
             .map(|(i, r)| (i, used(r)))
             .filter(|(_, used)| *used < 1.0)
             .min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((i, _)) = next else {
+        let Some((i, least)) = next else {
             break;
         };
+        let done = match *end {
+            End::Budget(_) => least,
+            End::Rounds { seconds, .. } => total / seconds,
+        };
+        progress.update(course.session, done.min(1.0));
         let runner = &mut runners[i];
         runner.step();
         let due = match *end {
@@ -170,7 +175,7 @@ impl Runner {
             due: checkpoints().collect(),
         };
         runner.due.reverse();
-        match warm(course.gpu, course.scene, &settings) {
+        match warm(course.session.gpu, course.scene, &settings) {
             Ok(renderer) => {
                 runner.track.radii = renderer.radii();
                 runner.renderer = Some(renderer);

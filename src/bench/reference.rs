@@ -2,14 +2,14 @@
 
 use super::plan::{Budget, Plan};
 use super::race::beauty;
-use crate::gpu::Gpu;
+use super::{Progress, Session};
 use crate::image::{
     Display, Exposure, Layer, Rgb, Tone, luminance, read_layer, read_picture, write,
 };
-use crate::metrics::{Metric, Pair};
+use crate::metrics::weight;
 use crate::render::Renderer;
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::{Direct, Settings};
 use crate::technique::TECHNIQUES;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -25,13 +25,13 @@ pub struct Reference {
 }
 
 /// The unbiased technique.
-const UNBIASED: &str = "path";
+pub const UNBIASED: &str = "path";
 /// Share of the reference's budget that decides which technique renders it.
-const TRIAL: f64 = 0.05;
+pub const TRIAL: f64 = 0.05;
 /// Path tracing is chosen unless its noise is above this many times the photon map's after the trial…
-const NOISIER: f64 = 4.0;
+pub const NOISIER: f64 = 4.0;
 /// …or it sees less light than this share of the photon map's: caustics of lamps too small to be hit are lost on it.
-const DARKER: f64 = 0.98;
+pub const DARKER: f64 = 0.98;
 
 /// Far from the seeds under test, which count from 0: halves of a reference.
 const SEEDS: [u64; 2] = [0xfffe_0000, 0xffff_0000];
@@ -47,8 +47,7 @@ pub fn file(plan: &Plan, scene: &Path) -> Result<Option<PathBuf>> {
         }
         Some(_) if plan.scenes.len() > 1 => Err(Error::Option {
             option: "--reference",
-            fault: "for several scenes, name a folder that holds a file <scene>.exr for each"
-                .into(),
+            fault: "for several scenes, name a folder that holds a file SCENE.exr for each".into(),
         }),
         Some(path) => Ok(Some(path.clone())),
     }
@@ -63,7 +62,7 @@ pub fn read(path: &Path) -> Result<Reference> {
         let pairs = variance.pixels.iter().step_by(3).zip(pixels);
         let errors = pairs.map(|(v, r)| {
             let y = f64::from(luminance(*r));
-            f64::from(*v) / (y * y + 0.01)
+            f64::from(*v) / weight(y)
         });
         errors.sum::<f64>() / pixels.len().max(1) as f64
     });
@@ -80,15 +79,14 @@ pub fn read(path: &Path) -> Result<Reference> {
 /// Two renders of different seeds make the halves of the reference, so that half their difference is its noise.
 ///
 /// # Errors
-/// Rendering failed, or was stopped by `stop` before both halves had an iteration.
+/// Rendering failed, or was stopped.
 pub fn make(
     plan: &Plan,
-    gpu: &Gpu,
+    session: &Session,
     scene: &Scene,
     settings: &Settings,
-    stop: &dyn Fn() -> bool,
-    say: &dyn Fn(&str),
 ) -> Result<Reference> {
+    let say = session.say;
     let path = cache_file(plan, scene, settings);
     if let Ok(reference) = read_cached(&path, plan.reference_budget) {
         say(&format!("reference: {}", path.display()));
@@ -99,15 +97,8 @@ pub fn make(
         "reference: rendering for {}",
         plan.reference_budget.text()
     ));
-    let technique = choose(plan, gpu, scene, settings, stop, say)?;
-    let halves = render(
-        gpu,
-        scene,
-        &settings,
-        technique,
-        plan.reference_budget,
-        stop,
-    )?;
+    let technique = choose(plan, session, scene, settings)?;
+    let halves = render(session, scene, settings, technique, plan.reference_budget)?;
     let mut picture = halves.renderer.picture()?;
     picture.metadata.seconds = halves.seconds;
     picture.metadata.iterations = halves.iterations;
@@ -136,34 +127,31 @@ pub fn make(
 /// The technique to render the reference with: the unbiased one wherever it can see the light.
 fn choose(
     plan: &Plan,
-    gpu: &Gpu,
+    session: &Session,
     scene: &Scene,
     settings: &Settings,
-    stop: &dyn Fn() -> bool,
-    say: &dyn Fn(&str),
 ) -> Result<&'static str> {
     let photons = TECHNIQUES
         .iter()
-        .map(|row| row.name)
-        .find(|name| *name != UNBIASED);
-    let photons = photons.unwrap_or(UNBIASED);
+        .find(|row| row.photons)
+        .map_or(UNBIASED, |row| row.name);
     if !TECHNIQUES.iter().any(|row| row.name == UNBIASED) {
         return Ok(photons);
     }
     let budget = plan.reference_budget.times(TRIAL);
     let trial = |technique| -> Result<[f64; 2]> {
-        let [a, b] = render(gpu, scene, settings, technique, budget, stop)?.images;
+        let [a, b] = render(session, scene, settings, technique, budget)?.images;
         let light = a
             .pixels
             .iter()
             .zip(&b.pixels)
             .map(|(a, b)| f64::from(a + b))
             .sum();
-        Ok([light, noise(&a, &b)?])
+        Ok([light, noise(&a, &b)])
     };
     let ([path_light, path_noise], [light, noise]) = (trial(UNBIASED)?, trial(photons)?);
     let (brightness, noisiness) = (path_light / light, path_noise / noise);
-    say(&format!(
+    (session.say)(&format!(
         "reference: {UNBIASED} sees {:.1} % of the light of {photons} with {noisiness:.2} times its noise",
         100.0 * brightness
     ));
@@ -184,31 +172,34 @@ struct Halves {
 }
 
 fn render(
-    gpu: &Gpu,
+    session: &Session,
     scene: &Scene,
     settings: &Settings,
     technique: &str,
     budget: Budget,
-    stop: &dyn Fn() -> bool,
 ) -> Result<Halves> {
     let renderer = |seed| {
         let settings = Settings {
             seed,
             technique: technique.into(),
+            // Photons would blur the edges of shadows, and who shares that blur would be taken for right.
+            direct: Direct::Rays,
             ..settings.clone()
         };
-        Renderer::new(gpu, scene, &settings)
+        Renderer::new(session.gpu, scene, &settings)
     };
     let mut halves = [renderer(SEEDS[0])?, renderer(SEEDS[1])?];
     let start = Instant::now();
+    let mut progress = Progress::start();
     let done = |halves: &[Renderer; 2]| {
         let iterations = halves[0].iterations() + halves[1].iterations();
-        budget.used(iterations, start.elapsed().as_secs_f64()) >= 1.0
+        budget.used(iterations, start.elapsed().as_secs_f64())
     };
     // A radius map needs a second iteration to be anything but the pilot's guess.
-    while halves[1].iterations() < 2 || !done(&halves) {
+    while halves[1].iterations() < 2 || done(&halves) < 1.0 {
+        progress.update(session, done(&halves));
         for half in &mut halves {
-            if stop() {
+            if (session.stop)() {
                 return Err(Error::Option {
                     option: "--reference",
                     fault: "interrupted before the reference was rendered".into(),
@@ -236,11 +227,16 @@ fn mean(a: &Rgb, b: &Rgb) -> Rgb {
     }
 }
 
-/// The relMSE that noise leaves in the mean of two halves: they differ by twice that mean's deviation.
-fn noise(a: &Rgb, b: &Rgb) -> Result<f64> {
-    let pair =
-        Pair::new(a, &mean(a, b)).map_err(|fault| Error::image("--reference".as_ref(), fault))?;
-    Ok(pair.measure(Metric::RelMse).value)
+/// The relMSE that noise leaves in the mean of two halves: they differ by twice that mean's deviation. What it is relative to is the
+/// darker half, as a bright dot in one of them would hide itself in the mean.
+fn noise(a: &Rgb, b: &Rgb) -> f64 {
+    let pairs = a.pixels.iter().zip(&b.pixels);
+    let errors = pairs.map(|(a, b)| {
+        let (a, b) = (f64::from(*a), f64::from(*b));
+        (0.5 * (a - b)).powi(2) / weight(a.min(b))
+    });
+    let finite = errors.filter(|e| e.is_finite());
+    finite.sum::<f64>() / a.pixels.len().max(1) as f64
 }
 
 /// Named by all that changes the expected image; the version because renderers are mended.
@@ -286,11 +282,31 @@ fn from_picture(picture: crate::image::Picture) -> Result<Reference> {
     let metadata = &picture.metadata;
     let technique = metadata.settings.split(' ').nth(1).unwrap_or_default();
     Ok(Reference {
-        own_error: Some(noise(&a, &b)?),
+        own_error: Some(noise(&a, &b)),
         origin: format!(
             "rendered by lightfall {}, technique {technique}, in {:.0} s ({} iterations, two seeds) on {}",
             metadata.version, metadata.seconds, metadata.iterations, metadata.device
         ),
         image: beauty(picture),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_that_of_the_mean_and_dots_do_not_hide() {
+        let half = |pixels: &[f32]| Rgb {
+            size: [2, 1],
+            pixels: pixels.to_vec(),
+        };
+        let a = half(&[1.0, 1.0, 1.0, 2.0, 2.0, 2.0]);
+        assert_eq!(noise(&a, &a), 0.0);
+        // Each channel of the first pixel is off by 0.1 from the mean of 1.1.
+        let b = half(&[1.2, 1.2, 1.2, 2.0, 2.0, 2.0]);
+        assert!((noise(&a, &b) - 0.5 * 0.01 / 1.01).abs() < 1e-6);
+        let dot = half(&[1000.0, 1000.0, 1000.0, 2.0, 2.0, 2.0]);
+        assert!(noise(&a, &dot) > 1e5);
+    }
 }

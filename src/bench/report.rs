@@ -1,10 +1,13 @@
 //! Results for people: one HTML file that needs no network and no scripts.
 
 mod ablation;
+mod bars;
+mod pictures;
 mod plot;
 mod scene;
 
 use super::Results;
+use super::reference::{DARKER, NOISIER, TRIAL, UNBIASED};
 use super::standing::{Equal, Standing, Verdict, standings};
 use super::statistics::Estimate;
 use crate::Result;
@@ -26,7 +29,7 @@ pub fn html(results: &Results) -> Result<String> {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>lightfall bench</title>\n<style>\n{}</style>\n</head>\n<body>\n\
-         <h1>lightfall bench: {}</h1>\n",
+         <h1>lightfall bench</h1>\n<p>{}</p>\n",
         include_str!("report/style.css"),
         escape(&labels.join(", "))
     );
@@ -50,7 +53,7 @@ pub fn html(results: &Results) -> Result<String> {
 }
 
 fn summary(page: &mut String, results: &Results, labels: &[&str]) {
-    *page += "<h2>Who is ahead</h2>\n<div class=\"wide\"><table>\n<tr><th>scene</th>\
+    *page += "<h2>Who is ahead</h2>\n<div class=\"wide\"><table class=\"summary\">\n<tr><th>scene</th>\
               <th>equal time,<br>relMSE</th><th>equal time,<br>1 − SSIM</th>\
               <th>equal iterations,<br>relMSE</th><th>equal relMSE,<br>time</th></tr>\n";
     for scene in &results.scenes {
@@ -98,8 +101,13 @@ fn about(page: &mut String, results: &Results) {
          them do not count. Times of passes are the device's timestamps; <em>host</em> is the rest of an iteration.</li>\n\
          <li>relMSE is the mean of (x − r)² / (r² + 0.01) over pixels and channels, outliers kept; <em>trimmed</em> leaves out the worst \
          0.1 % of the pixels. SSIM (Wang et al. 2004) is that of displayed luminance, FLIP is HDR-FLIP (Andersson et al. 2021).</li>\n\
+         <li>References that were rendered here: by {UNBIASED}, unless a trial of {} % of the time found it to see less than {} % of a photon map's \
+         light or to have over {NOISIER} times its noise; then by photons with direct light by rays, and what is left of their blur is hidden by such a reference. Two renders of different \
+         seeds make its halves, and their difference its noise.</li>\n\
          <li>Numbers are medians over seeds with 95 % intervals: percentile bootstrap, expanded for few samples (Hesterberg 2015).</li>\n</ul>",
-        results.plan.seeds
+        results.plan.seeds,
+        100.0 * TRIAL,
+        100.0 * DARKER
     );
 }
 
@@ -118,7 +126,7 @@ fn short(verdict: &Verdict, labels: &[&str]) -> String {
         .collect();
     match tied.len() {
         1 => format!(
-            "<strong>{}</strong><small>{} × {}</small>",
+            "<strong>{}</strong><small>{}× {}</small>",
             tied[0],
             number(next.value),
             interval(next)
@@ -144,7 +152,7 @@ fn sentence(standing: &Standing, labels: &[&str]) -> String {
         return format!("{head}: nobody to compare with.");
     };
     let times = |o: &(usize, Estimate)| {
-        format!("{} {} × {}", label(o.0), number(o.1.value), interval(&o.1))
+        format!("{} ({}× {})", label(o.0), number(o.1.value), interval(&o.1))
     };
     let list = |others: &[&(usize, Estimate)]| {
         others
@@ -219,25 +227,6 @@ fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// RFC 4648, section 4.
-fn base64(bytes: &[u8]) -> String {
-    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let word =
-            chunk.iter().fold(0u32, |w, b| w << 8 | u32::from(*b)) << (8 * (3 - chunk.len()));
-        for i in 0..4 {
-            let sextet = (word >> (18 - 6 * i) & 63) as usize;
-            text.push(if i <= chunk.len() {
-                char::from(ALPHABET[sextet])
-            } else {
-                '='
-            });
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -257,20 +246,6 @@ mod tests {
             (f64::NAN, "–"),
         ] {
             assert_eq!(number(x), text);
-        }
-    }
-
-    /// RFC 4648, section 10.
-    #[test]
-    fn base64_of_the_standard() {
-        for (text, code) in [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foob", "Zm9vYg=="),
-        ] {
-            assert_eq!(base64(text.as_bytes()), code);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Who stands where: at equal time, at equal iterations, at equal error.
 
+use super::plan::checkpoints;
 use super::race::{Checkpoint, METRICS, Track};
 use super::statistics::{Estimate, median_of, median_ratio, slope};
 use crate::metrics::Metric;
@@ -100,6 +101,31 @@ pub fn of(tracks: &[Track], variant: usize) -> impl Iterator<Item = &Track> {
     tracks.iter().filter(measured)
 }
 
+/// A variant's error over time: seconds and the median over its seeds with its interval, at the budget's log-spaced shares
+/// of the time that all its seeds have been measured for.
+pub fn over_time(tracks: &[Track], variant: usize, metric: Metric) -> Vec<(f64, Estimate)> {
+    let seen = || of(tracks, variant).map(|t| &t.checkpoints);
+    let first = seen()
+        .filter_map(|c| c.first())
+        .map(|c| c.seconds)
+        .fold(0.0, f64::max);
+    let last = seen()
+        .filter_map(|c| c.last())
+        .map(|c| c.seconds)
+        .fold(f64::INFINITY, f64::min);
+    let times = checkpoints()
+        .map(|share| share * last)
+        .filter(|t| *t > first);
+    let times = std::iter::once(first).chain(times).filter(|t| *t <= last);
+    let at = |t| {
+        let errors: Vec<f64> = of(tracks, variant)
+            .map(|track| value(track, Equal::Time(t), metric))
+            .collect();
+        (t, median_of(&errors))
+    };
+    times.map(at).collect()
+}
+
 fn value(track: &Track, equal: Equal, metric: Metric) -> f64 {
     let index = METRICS.iter().position(|m| *m == metric).unwrap_or(0);
     let curve = |x: fn(&Checkpoint) -> f64| -> Vec<[f64; 2]> {
@@ -154,6 +180,13 @@ fn first_below(curve: &[[f64; 2]], limit: f64) -> f64 {
 }
 
 impl Standing {
+    /// Who beats every other for certain.
+    pub fn winner(&self) -> Option<usize> {
+        let verdict = self.verdict()?;
+        let alone = verdict.others.iter().all(|o| Verdict::is_beaten(&o.1));
+        alone.then_some(verdict.best)
+    }
+
     /// `None` where there is nobody to compare with.
     pub fn verdict(&self) -> Option<Verdict> {
         let known = |r: &&Row| r.estimate.value.is_finite();

@@ -4,7 +4,7 @@ use super::{BenchArgs, Outcome, interrupt};
 use crate::{
     Error, Result,
     bench::{
-        self, Results, data,
+        self, Results, Session, data,
         plan::{Budget, Plan, settings, variants},
         report,
     },
@@ -45,7 +45,14 @@ pub fn run(args: &BenchArgs) -> Result<Outcome> {
         ));
     }
     interrupt::watch(args.quiet)?;
-    let mut results = bench::run(plan, &gpu, &interrupt::requested, &say);
+    let mut results = {
+        let session = Session {
+            gpu: &gpu,
+            stop: &interrupt::requested,
+            say: &say,
+        };
+        bench::run(plan, &session)
+    };
     write(&args.output, &results)?;
     say(&format!(
         "wrote {}",

@@ -16,7 +16,7 @@ pub fn watch(quiet: bool) -> Result<()> {
             std::process::exit(130);
         }
         if !quiet {
-            let line = "finishing this iteration to write the image; once more ends without it";
+            let line = "finishing this iteration to write what there is; once more ends without it";
             // The bar or ^C stands on the line before.
             let _ = writeln!(std::io::stderr(), "\n{line}");
         }

@@ -1,6 +1,9 @@
 //! How far a render is: a bar on a terminal, lines of JSON for programs.
 
-use crate::{Result, render::Renderer};
+use crate::{
+    Result,
+    render::{Accuracy, Renderer, next_look},
+};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::{
@@ -13,14 +16,21 @@ use std::{
 pub struct Limit {
     pub iterations: Option<u64>,
     pub time: Option<Duration>,
+    /// Of [`Accuracy::error_95`].
+    pub error: Option<f64>,
 }
 
 impl Limit {
     /// How much of the way is done; 1 or more: stop.
-    pub fn done(&self, iterations: u64, elapsed: Duration) -> f64 {
+    pub fn done(&self, iterations: u64, elapsed: Duration, error_95: f64) -> f64 {
         let by_iterations = self.iterations.map(|n| iterations as f64 / n as f64);
         let by_time = self.time.map(|t| elapsed.as_secs_f64() / t.as_secs_f64());
-        by_iterations.unwrap_or(0.0).max(by_time.unwrap_or(0.0))
+        // Noise falls with the square root of the iterations.
+        let by_error = self.error.map(|e| (e / error_95).powi(2));
+        [by_iterations, by_time, by_error]
+            .into_iter()
+            .flatten()
+            .fold(0.0, f64::max)
     }
 }
 
@@ -32,7 +42,7 @@ pub struct Status {
     pub elapsed: Duration,
     /// Light paths emitted since the program started.
     pub photons: u64,
-    pub noise: f64,
+    pub accuracy: Accuracy,
     pub radius_global: f32,
     pub radius_caustic: f32,
 }
@@ -49,7 +59,10 @@ impl Status {
             "seconds": self.elapsed.as_secs_f64(),
             "photons": self.photons,
             "photons_per_second": self.photons_per_second(),
-            "noise": self.noise,
+            "error": self.accuracy.error,
+            "error_95": self.accuracy.error_95,
+            "noise": self.accuracy.noise,
+            "bias": self.accuracy.bias,
             "radius_global": self.radius_global,
             "radius_caustic": self.radius_caustic,
         })
@@ -57,10 +70,12 @@ impl Status {
 
     pub fn text(&self) -> String {
         format!(
-            "{} iterations, {:.2} M photons/s, noise {:.3} %, radius {:.3e} m, caustic {:.3e} m",
+            "{} iterations, {:.2} M photons/s, error {:.2} % (noise {:.2} %, bias {:.2} %), radius {:.3e} m, caustic {:.3e} m",
             self.iterations,
             self.photons_per_second() * 1e-6,
-            self.noise * 100.0,
+            self.accuracy.error * 100.0,
+            self.accuracy.noise * 100.0,
+            self.accuracy.bias * 100.0,
             self.radius_global,
             self.radius_caustic,
         )
@@ -76,9 +91,13 @@ pub struct Progress {
     bar: Option<ProgressBar>,
     json: bool,
     next: Duration,
+    /// As last looked at, for the limit.
+    error_95: f64,
+    /// Iterations at which to look again.
+    next_look: u64,
 }
 
-/// Noise is read back from the device, so it is not asked for more often.
+/// Errors are read back from the device, so they are not asked for more often.
 const INTERVAL: Duration = Duration::from_secs(1);
 
 impl Progress {
@@ -98,11 +117,16 @@ impl Progress {
             bar,
             json,
             next: INTERVAL,
+            error_95: f64::INFINITY,
+            next_look: next_look(0).max(renderer.iterations()),
         }
     }
 
     pub fn limit_reached(&self, renderer: &Renderer) -> bool {
-        self.limit.done(renderer.iterations(), self.start.elapsed()) >= 1.0
+        let elapsed = self.start.elapsed();
+        self.limit
+            .done(renderer.iterations(), elapsed, self.error_95)
+            >= 1.0
     }
 
     pub fn status(&self, renderer: &Renderer) -> Result<Status> {
@@ -114,7 +138,7 @@ impl Progress {
             photons: renderer
                 .photons_emitted()
                 .saturating_sub(self.photons_before),
-            noise: renderer.noise()?,
+            accuracy: renderer.accuracy()?,
             radius_global: radii.global,
             radius_caustic: radii.caustic,
         })
@@ -122,6 +146,10 @@ impl Progress {
 
     /// To be called after each iteration.
     pub fn update(&mut self, renderer: &Renderer) -> Result<()> {
+        if self.limit.error.is_some() && renderer.iterations() >= self.next_look {
+            self.next_look = next_look(renderer.iterations());
+            self.error_95 = renderer.accuracy()?.error_95;
+        }
         let elapsed = self.start.elapsed();
         if elapsed < self.next || (self.bar.is_none() && !self.json) {
             return Ok(());
@@ -132,7 +160,10 @@ impl Progress {
             print_json(&status.json("progress"));
         }
         if let Some(bar) = &self.bar {
-            let done = self.limit.done(status.iterations, elapsed).clamp(1e-6, 1.0);
+            let done = self
+                .limit
+                .done(status.iterations, elapsed, self.error_95)
+                .clamp(1e-6, 1.0);
             let left = elapsed.mul_f64((1.0 - done) / done).as_secs();
             bar.set_position((done * 1000.0) as u64);
             let elapsed = elapsed.as_secs();
@@ -163,10 +194,14 @@ mod tests {
         let limit = Limit {
             iterations: Some(10),
             time: Some(Duration::from_secs(100)),
+            error: Some(0.1),
         };
-        assert_eq!(limit.done(1, Duration::from_secs(50)), 0.5);
-        assert_eq!(limit.done(9, Duration::from_secs(50)), 0.9);
-        assert_eq!(limit.done(10, Duration::ZERO), 1.0);
-        assert_eq!(limit.done(0, Duration::from_secs(100)), 1.0);
+        let unknown = f64::INFINITY;
+        assert_eq!(limit.done(1, Duration::from_secs(50), unknown), 0.5);
+        assert_eq!(limit.done(9, Duration::from_secs(50), unknown), 0.9);
+        assert_eq!(limit.done(10, Duration::ZERO, unknown), 1.0);
+        assert_eq!(limit.done(0, Duration::from_secs(100), unknown), 1.0);
+        assert_eq!(limit.done(0, Duration::ZERO, 0.2), 0.25);
+        assert!(limit.done(0, Duration::ZERO, 0.09) > 1.0);
     }
 }

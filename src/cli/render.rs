@@ -14,7 +14,7 @@ use crate::{
 use serde_json::{Map, Value, json};
 use std::{io::Write, time::Duration};
 
-/// When neither `--iterations` nor `--time` is given; the help names it.
+/// When nothing else says when to stop; the help names it.
 const DEFAULT_TIME: Duration = Duration::from_secs(60);
 
 /// Renders until the limit or an interrupt and writes all outputs.
@@ -61,10 +61,11 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
     interrupt::watch(args.quiet)?;
     let limit = Limit {
         iterations: args.iterations,
-        time: match args.iterations {
-            None => args.time.or(Some(DEFAULT_TIME)),
-            Some(_) => args.time,
+        time: match (args.iterations, args.target_error) {
+            (None, None) => args.time.or(Some(DEFAULT_TIME)),
+            _ => args.time,
         },
+        error: args.target_error,
     };
     if args.iterations.is_some_and(|n| n <= renderer.iterations()) {
         let done = renderer.iterations();
@@ -166,6 +167,19 @@ fn report(
         "done in"
     };
     say(args, &format!("{verb} {seconds:.1} s: {}", status.text()));
+    if let Some(target) = args.target_error {
+        let bound = 100.0 * status.accuracy.error_95;
+        let is = if status.accuracy.error_95 <= target {
+            "reached"
+        } else {
+            "not reached"
+        };
+        let target = 100.0 * target;
+        say(
+            args,
+            &format!("target of {target} % {is}: error below {bound:.2} % with 95 % confidence"),
+        );
+    }
     if args.timings {
         say(args, &format!("features: {}", super::features(scene)));
         say(

@@ -174,7 +174,7 @@ pub fn expected(scene: &Scene, edge: u32, radiance: impl Fn(Vec3, Vec3) -> Vec3)
 /// Iterations of `path` for one that gathers photons, of which each finds many.
 const PATHS_FOR_PHOTONS: u32 = 4;
 
-/// Holds a layer to a closed form by every technique on every traversal: the mean to 0.5 % and its standard error, each
+/// Holds a layer to a closed form by every technique and traversal: the mean to 0.5 % and its standard error, each
 /// of 3 × 3 blocks to both together; the standard error of the mean must be below 0.25 %, or the
 /// comparison would say nothing.
 pub fn check(

@@ -7,13 +7,14 @@ use lightfall::gpu::Gpu;
 use lightfall::image::{Display, Exposure, Picture, Tone, read_picture, write};
 use lightfall::render::Renderer;
 use lightfall::scene::Scene;
-use lightfall::settings::{Settings, Trace};
+use lightfall::settings::{Direct, Settings, Trace};
 use lightfall::technique::TECHNIQUES;
 
 fn software(seed: u64) -> Settings {
     Settings {
         trace: Trace::Software,
         seed,
+        direct: Direct::Rays,
         ..settings(16, 2_000, 0.1)
     }
 }
@@ -67,6 +68,30 @@ fn a_seed_gives_the_same_bits() {
                 row.name
             );
         }
+    }
+}
+
+/// What a warm-up leaves behind must not be seen, whatever state a technique keeps.
+#[test]
+fn a_restarted_render_is_a_fresh_one() {
+    let device = Device::open();
+    let scene = showroom(&device);
+    for row in TECHNIQUES {
+        let settings = Settings {
+            technique: row.name.into(),
+            ..software(1)
+        };
+        let fresh = render(&device, &scene, &settings, None, 3);
+        let mut renderer = Renderer::new(&device, &scene, &settings).unwrap();
+        renderer.iterate().unwrap();
+        renderer.iterate().unwrap();
+        renderer.restart().unwrap();
+        assert_eq!(renderer.iterations(), 0);
+        assert_eq!(renderer.photons_emitted(), 0);
+        for _ in 0..3 {
+            renderer.iterate().unwrap();
+        }
+        assert_same_bits(&fresh, &renderer.picture().unwrap());
     }
 }
 
@@ -132,6 +157,14 @@ fn resuming_something_else_is_refused() {
             ..software(1)
         },
         "settings",
+    );
+    refuses(
+        &scene,
+        Settings {
+            direct: Direct::Photons,
+            ..software(1)
+        },
+        "direct rays",
     );
     scene.hash = [8; 32];
     refuses(&scene, software(1), "scene");

@@ -1,19 +1,19 @@
 //! A scene's part of the report.
 
-use super::plot::{Axis, Line, Plot, bars};
-use super::{ablation, base64, escape, interval, number, sentence};
+use super::bars::bars;
+use super::plot::{Axis, Line, Plot};
+use super::{ablation, escape, interval, number, pictures, sentence};
 use crate::Result;
-use crate::bench::data::{bias_and_variance, windows};
+use crate::bench::data::windows;
 use crate::bench::race::{METRICS, Track};
-use crate::bench::standing::{Equal, decay, of, standings};
+use crate::bench::standing::{self, Equal, Standing, decay, of, standings};
 use crate::bench::statistics::{Estimate, median, median_of};
 use crate::bench::{Results, SceneResults};
-use crate::image::{Rgb, Tone, auto_exposure, develop, encode_rgb8};
-use crate::metrics::{Metric, Pair};
+use crate::metrics::Metric;
 use std::fmt::Write;
 
-/// Pictures wider than this (px) are shrunk, or the page becomes too large to send.
-const PICTURE: usize = 512;
+/// Errors below so many times the reference's own say little.
+const CLEAR: f64 = 4.0;
 
 pub fn section(
     page: &mut String,
@@ -33,7 +33,7 @@ pub fn section(
         });
     let _ = writeln!(
         page,
-        "<h2>{}</h2>\n<p>{} triangles, {width} × {height} pixels. Reference: {}; {own}.</p>",
+        "<h2 class=\"scene\">{}</h2>\n<p>{} triangles, {width} × {height} pixels. Reference: {}; {own}.</p>",
         escape(&scene.name),
         scene.triangles,
         escape(&scene.reference.origin)
@@ -61,8 +61,21 @@ pub fn section(
         let _ = writeln!(page, "<p>{}</p>", sentence(standing, labels));
     }
     *page += "</div>\n";
+    let least = standings[0]
+        .rows
+        .iter()
+        .map(|r| r.estimate.value)
+        .fold(f64::INFINITY, f64::min);
+    if scene
+        .reference
+        .own_error
+        .is_some_and(|own| least < CLEAR * own)
+    {
+        *page += "<p><strong>The least relMSE is near the noise of the reference, which is part of every number here and blurs their \
+                  differences: a longer --reference-budget would tell more.</strong></p>\n";
+    }
     numbers(page, scene, labels);
-    pictures(page, scene, labels)?;
+    pictures::section(page, scene, labels)?;
     *page += "<div class=\"plots\">\n";
     let level = scene.reference.own_error.filter(|e| *e > 0.0);
     over_time(
@@ -92,13 +105,13 @@ pub fn section(
 
 fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
     let standings = standings(&scene.tracks, labels.len());
-    let mut columns: Vec<(String, Vec<Option<Estimate>>)> = Vec::new();
+    let mut rows: Vec<(String, Vec<Option<Estimate>>)> = Vec::new();
     for standing in &standings {
         let head = match (standing.equal, standing.metric) {
-            (Equal::Time(s), Metric::Ssim) => format!("1 − SSIM<br>at {} s", number(s)),
-            (Equal::Time(s), _) => format!("relMSE<br>at {} s", number(s)),
-            (Equal::Iterations(n), _) => format!("relMSE at<br>{n} iterations"),
-            (Equal::Error(e), _) => format!("s to relMSE<br>{}", number(e)),
+            (Equal::Time(s), Metric::Ssim) => format!("1 − SSIM at {} s", number(s)),
+            (Equal::Time(s), _) => format!("relMSE at {} s", number(s)),
+            (Equal::Iterations(n), _) => format!("relMSE at {n} iterations"),
+            (Equal::Error(e), _) => format!("s to relMSE {}", number(e)),
         };
         let estimate = |v| {
             standing
@@ -107,153 +120,88 @@ fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
                 .find(|r| r.variant == v)
                 .map(|r| r.estimate)
         };
-        columns.push((head, (0..labels.len()).map(estimate).collect()));
+        rows.push((head, (0..labels.len()).map(estimate).collect()));
     }
-    let mut column = |head: &str, of_track: &dyn Fn(&Track) -> f64| {
+    let mut row = |head: &str, of_track: &dyn Fn(&Track) -> f64| {
         let estimate = |v| {
             let values: Vec<f64> = of(&scene.tracks, v).map(of_track).collect();
             (!values.is_empty()).then(|| median_of(&values))
         };
-        columns.push((head.into(), (0..labels.len()).map(estimate).collect()));
+        rows.push((head.into(), (0..labels.len()).map(estimate).collect()));
     };
     let last = |t: &Track, metric: Metric| {
         let index = METRICS.iter().position(|m| *m == metric).unwrap_or(0);
         t.checkpoints.last().map_or(f64::NAN, |c| c.errors[index])
     };
-    column("relMSE<br>trimmed, at the end", &|t| {
+    row("relMSE trimmed, at the end", &|t| {
         last(t, Metric::RelMseTrimmed)
     });
-    column("FLIP<br>at the end", &|t| t.flip);
-    column("ms per<br>iteration", &|t| {
+    row("FLIP at the end", &|t| t.flip);
+    row("ms per iteration", &|t| {
         1e3 * median(t.seconds.iter().copied())
     });
-    column("iterations", &|t| t.iterations() as f64);
-    let split = |v| bias_and_variance(scene, v);
+    row("photons stored per iteration", &|t| {
+        let stored = t.photons.stored_caustic + t.photons.stored_global;
+        stored as f64 / t.iterations().max(1) as f64
+    });
+    row("iterations", &|t| t.iterations() as f64);
+    let split = |v: usize| scene.splits.get(v).copied().flatten();
     let fixed = |value: Option<f64>| {
         value.map(|value| Estimate {
             value,
             interval: None,
         })
     };
-    columns.push((
-        "bias²<br>at the end".into(),
+    rows.push((
+        "bias² at the end".into(),
         (0..labels.len())
             .map(|v| fixed(split(v).map(|s| s.bias2)))
             .collect(),
     ));
-    columns.push((
-        "variance<br>at the end".into(),
+    rows.push((
+        "variance at the end".into(),
         (0..labels.len())
             .map(|v| fixed(split(v).map(|s| s.variance)))
             .collect(),
     ));
-    columns.push((
-        "decay<br>power".into(),
+    rows.push((
+        "decay power".into(),
         (0..labels.len()).map(|v| decay(&scene.tracks, v)).collect(),
     ));
 
     *page += "<div class=\"wide\"><table>\n<tr><th></th>";
-    for (head, _) in &columns {
-        let _ = write!(page, "<th>{head}</th>");
+    for label in labels {
+        // May be broken before the settings.
+        let _ = write!(
+            page,
+            "<th>{}</th>",
+            escape(label).replace(':', ":<wbr>").replace(',', ",<wbr>")
+        );
     }
     *page += "</tr>\n";
-    for (v, label) in labels.iter().enumerate() {
-        let _ = write!(page, "<tr><td>{}</td>", escape(label));
-        for (i, (_, estimates)) in columns.iter().enumerate() {
-            let Some(estimate) = estimates.get(v).copied().flatten() else {
-                *page += "<td>–</td>";
-                continue;
+    for (i, (head, estimates)) in rows.iter().enumerate() {
+        // Only the standings, which come first, say who is best.
+        let winner = standings.get(i).and_then(Standing::winner);
+        let _ = write!(page, "<tr><td>{head}</td>");
+        for (v, estimate) in estimates.iter().enumerate() {
+            let class = if winner == Some(v) {
+                " class=\"best\""
+            } else {
+                ""
             };
-            // Only the standings say who is best.
-            let verdict = standings.get(i).and_then(|s| s.verdict());
-            let best = verdict.is_some_and(|d| {
-                d.best == v && d.others.iter().all(|o| super::Verdict::is_beaten(&o.1))
-            });
-            let class = if best { " class=\"best\"" } else { "" };
-            let _ = write!(
-                page,
-                "<td{class}>{}<small>{}</small></td>",
-                number(estimate.value),
-                interval(&estimate)
-            );
+            let (value, interval) = match estimate {
+                Some(estimate) => (number(estimate.value), interval(estimate)),
+                None => ("–".into(), String::new()),
+            };
+            let _ = write!(page, "<td{class}>{value}<small>{interval}</small></td>");
         }
         *page += "</tr>\n";
     }
-    *page += "</table></div>\n<p>Green: better than every other with its whole interval. Bias² and variance are the relMSE's parts, told apart by \
+    *page += "</table></div>\n<p>Green: better than every other with its whole interval. A time to an error that was reached before the first \
+              measurement is that measurement's. Bias² and variance are the relMSE's parts, told apart by \
               the seeds; bias² contains the reference's own error and comes out below 0 where noise hides it. The decay power is the slope of log relMSE over log time \
               in the last decade: −2/3 where a photon map's bias and variance balance, −1 for a path tracer, towards 0 at \
               the reference's own error.</p>\n";
-}
-
-fn pictures(page: &mut String, scene: &SceneResults, labels: &[&str]) -> Result<()> {
-    let reference = &scene.reference.image;
-    let ev = auto_exposure(&reference.pixels);
-    *page += "<h3>Pictures</h3>\n<div class=\"pictures\">\n";
-    let shown = |image: &Rgb| -> Result<String> {
-        let small = shrink(image);
-        picture(small.size, &develop(&small.pixels, ev, Tone::Neutral).0)
-    };
-    let _ = writeln!(
-        page,
-        "<figure><img alt=\"reference\" src=\"{}\"><figcaption>reference</figcaption></figure>",
-        shown(reference)?
-    );
-    for (v, label) in labels.iter().enumerate() {
-        let Some(track) = of(&scene.tracks, v).next() else {
-            continue;
-        };
-        let label = escape(label);
-        let end = track.checkpoints.last().map_or(0.0, |c| c.seconds);
-        let _ = writeln!(
-            page,
-            "<figure><img alt=\"{label}\" src=\"{}\"><figcaption>{label}, {} s, {} iterations</figcaption></figure>",
-            shown(&track.image)?,
-            number(end),
-            track.iterations()
-        );
-        let Ok(pair) = Pair::new(&shrink(&track.image), &shrink(reference)) else {
-            continue;
-        };
-        let map = pair.measure(Metric::RelMse).map;
-        let bytes = Metric::RelMse.picture(&map, reference);
-        let _ = writeln!(
-            page,
-            "<figure><img alt=\"error of {label}\" src=\"{}\"><figcaption>its relMSE</figcaption></figure>",
-            picture(shrink(reference).size, &bytes)?
-        );
-    }
-    *page += "</div>\n<div class=\"scale\"></div><p><span>0.0001</span><span>0.01</span><span>1 relMSE</span></p>\n";
-    Ok(())
-}
-
-fn picture(size: [u32; 2], bytes: &[u8]) -> Result<String> {
-    Ok(format!(
-        "data:image/png;base64,{}",
-        base64(&encode_rgb8(size, bytes)?)
-    ))
-}
-
-/// By whole factors, so that the widest edge is at most [`PICTURE`]; a pixel is the mean of those that it stands for.
-fn shrink(image: &Rgb) -> Rgb {
-    let [width, height] = image.size.map(|n| n as usize);
-    let factor = width.max(height).div_ceil(PICTURE).max(1);
-    let (small_width, small_height) = ((width / factor).max(1), (height / factor).max(1));
-    let mut pixels = Vec::with_capacity(small_width * small_height * 3);
-    for y in 0..small_height {
-        for x in 0..small_width {
-            for c in 0..3 {
-                let rows = (y * factor..(y + 1) * factor).map(|y| y * width);
-                let values = rows
-                    .flat_map(|row| (x * factor..(x + 1) * factor).map(move |x| (row + x) * 3 + c));
-                let sum: f32 = values.filter_map(|i| image.pixels.get(i)).sum();
-                pixels.push(sum / (factor * factor) as f32);
-            }
-        }
-    }
-    Rgb {
-        size: [small_width as u32, small_height as u32],
-        pixels,
-    }
 }
 
 fn over_time(
@@ -264,22 +212,9 @@ fn over_time(
     metric: Metric,
     level: Option<f64>,
 ) {
-    let index = METRICS.iter().position(|m| *m == metric).unwrap_or(0);
     let lines = labels.iter().enumerate().map(|(v, label)| {
-        // Checkpoints of the seeds are taken at about the same times: the k-th of each makes a point.
-        let tracks: Vec<&Track> = of(&scene.tracks, v).collect();
-        let count = tracks
-            .iter()
-            .map(|t| t.checkpoints.len())
-            .min()
-            .unwrap_or(0);
         let (mut points, mut band) = (Vec::new(), Vec::new());
-        for k in 0..count {
-            let at = |x: &dyn Fn(&crate::bench::race::Checkpoint) -> f64| -> Vec<f64> {
-                tracks.iter().map(|t| x(&t.checkpoints[k])).collect()
-            };
-            let time = median(at(&|c| c.seconds));
-            let error = median_of(&at(&|c| c.errors[index]));
+        for (time, error) in standing::over_time(&scene.tracks, v, metric) {
             points.push([time, error.value]);
             if let Some([low, high]) = error.interval {
                 band.push([time, low, high]);
@@ -369,25 +304,4 @@ fn passes(page: &mut String, scene: &SceneResults, labels: &[&str]) {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pictures_shrink_by_whole_factors() {
-        let image = |size: [u32; 2]| Rgb {
-            size,
-            pixels: (0..size[0] * size[1] * 3)
-                .map(|i| (i / 3 % size[0]) as f32)
-                .collect(),
-        };
-        let same = image([512, 3]);
-        assert_eq!(shrink(&same), same);
-        let small = shrink(&image([1025, 6]));
-        assert_eq!(small.size, [341, 2]);
-        assert_eq!(small.pixels[..6], [1.0, 1.0, 1.0, 4.0, 4.0, 4.0]);
-        assert_eq!(shrink(&image([2000, 1])).size, [500, 1]);
-    }
 }
