@@ -79,7 +79,7 @@ const FIELDS: &[Field] = &[
 /// Floats of the high half, and of the low half after it.
 const HALF: usize = size_of::<FilmPixel>() / 8;
 
-/// What reaches the eye [nit].
+/// What reaches the eye (nit).
 pub fn radiance(p: &FilmPixel) -> [f32; 3] {
     std::array::from_fn(|c| p.emission[c] + p.direct[c] + p.caustic[c] + p.global[c])
 }

@@ -47,8 +47,9 @@ pub struct Settings {
     #[arg(long, value_enum, default_value_t = Settings::default().trace)]
     pub trace: Trace,
 
-    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length; `hash-grid`: in a
-    /// hashed grid; `sppm`: as by rtpm, within each pixel's own radius. `path`: none are; paths from the eye alone
+    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length; `hash-grid`: in
+    /// rows of a hashed grid; `hash-ppm`, `stochastic-hash`: in lists of a hash table, which keep a choice.
+    /// `sppm`: as by `rtpm`, within each pixel's own radius. `path`: none are; paths from the eye alone
     #[arg(long, default_value_t = Settings::default().technique,
           value_parser = clap::builder::PossibleValuesParser::new(technique_names()))]
     pub technique: String,

@@ -388,7 +388,7 @@ shared_structs! {
         normal_w: [f32; 3],
         /// Distance from the eye to the first surface (m); 0 where there is none.
         depth: f32,
-        /// Luminance [nit] gathered from the caustic and the global map within the radius less that within
+        /// Luminance (nit) gathered from the caustic and the global map within the radius less that within
         /// half of it: what shrinking it would still change (see `render::accuracy`).
         bias: [f32; 2],
         /// Photons within the radius, of the caustic and the global map; counted only where pixels have radii of their own.

@@ -13,9 +13,9 @@ use lightfall::technique::{Row, Technique};
 pub const CELLS: Row = Row {
     name: "cells",
     paper: "",
+    bias: "",
     photons: true,
     pixel_radii: false,
-    bias: "",
     build: |engine| Ok(Box::new(Cells::new(engine)?)),
 };
 

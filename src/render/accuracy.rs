@@ -14,7 +14,7 @@ use crate::film::radiance;
 use crate::image::luminance;
 use crate::shared::FilmPixel;
 
-/// See the [module](self).
+/// See above.
 const BIAS_PER_DIFFERENCE: f64 = 2.0;
 /// Of a normal distribution: below this many standard deviations above the mean lie 95 %.
 const SIGMAS: f64 = 1.645;
@@ -23,7 +23,8 @@ const BLOCK: usize = 16;
 /// Blocks across an image at least, where it has so many pixels.
 const BLOCKS: usize = 8;
 
-/// Estimated relative errors of a picture, see the [module](self).
+/// Estimated relative errors of a picture: root mean squares over the pixels of (x − r) / √(r² + (m / 10)²), for luminances x of r
+/// of a mean of m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
     /// Noise and bias together.

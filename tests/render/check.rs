@@ -50,7 +50,8 @@ impl Drop for Device {
     }
 }
 
-/// All techniques; those that trace no rays to find photons only on one traversal.
+/// All techniques; those that differ from `rtpm` in the search for photons only, which is no matter of
+/// rays, on one traversal.
 pub fn techniques(device: &Device) -> Vec<(&'static Row, Trace)> {
     let traversals = device.traversals();
     let of = |row: &Row| match row.name {
@@ -71,8 +72,8 @@ pub fn settings(edge: u32, photons: u32, radius: f32) -> Settings {
         photons: Some(photons),
         radius: Some(Length::World(radius)),
         caustic_radius: Some(Length::World(radius)),
-        direct: Direct::Photons,
         technique: "rtpm".into(),
+        direct: Direct::Photons,
         ..Settings::default()
     }
 }
@@ -215,8 +216,8 @@ fn check_by(
     let device = Device::open();
     let edge = settings.size.unwrap()[0];
     let truth = block_means(&expected(scene, edge, radiance));
-    let variants = techniques(&device).into_iter();
-    for (row, trace) in variants.filter(|(row, _)| wanted(row)) {
+    let wanted = |(row, _): &(&'static Row, Trace)| wanted(row);
+    for (row, trace) in techniques(&device).into_iter().filter(wanted) {
         let settings = Settings {
             trace,
             technique: row.name.into(),
