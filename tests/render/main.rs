@@ -1,6 +1,7 @@
 //! Renders whole scenes through the library and holds them to closed forms and to each other, on
 //! every traversal that the device has. One binary, so that it links once.
 
+mod accuracy;
 mod check;
 mod closed_forms;
 mod convergence;
