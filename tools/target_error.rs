@@ -18,7 +18,7 @@ const SIZE: [u32; 2] = [64, 64];
 /// Few: what matters here is how often the estimate is right, not how soon.
 const PHOTONS: u32 = 20_000;
 /// Iterations of a reference at most.
-const REFERENCE_MAX: u64 = 20_000;
+const REFERENCE_MAX: u64 = 4_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
