@@ -1,6 +1,7 @@
 //! Culling, evaluation, radii and stored photons in the report: tables 3 and 4 and figure 10 of Kern, Brüll & Grosch 2023.
 
 use super::plot::{Axis, Line, Plot};
+use super::scene::write_iteration_times;
 use super::{escape, interval, number};
 use crate::bench::Results;
 use crate::bench::ablation::Ablation;
@@ -92,23 +93,7 @@ fn over_iterations(page: &mut String, ablation: &Ablation) {
         points: windows(&track.seconds).map(|(i, s)| [i, 1e3 * s]).collect(),
         band: Vec::new(),
     });
-    let plot = Plot {
-        x: Axis {
-            label: "iteration".into(),
-            logarithmic: true,
-        },
-        y: Axis {
-            label: "ms per iteration".into(),
-            logarithmic: false,
-        },
-        lines: lines.collect(),
-        level: None,
-    };
-    let _ = writeln!(
-        page,
-        "<div><h3>Time of an iteration</h3>\n{}</div>",
-        plot.svg()
-    );
+    write_iteration_times(page, lines.collect());
 }
 
 fn over_radius(

@@ -263,6 +263,11 @@ fn iteration_times(page: &mut String, scene: &SceneResults, labels: &[&str]) {
             band: Vec::new(),
         }
     });
+    write_iteration_times(page, lines.collect());
+}
+
+/// Milliseconds over iterations (Kern et al. 2023, figure 6a).
+pub(super) fn write_iteration_times(page: &mut String, lines: Vec<Line>) {
     let plot = Plot {
         x: Axis {
             label: "iteration".into(),
@@ -272,7 +277,7 @@ fn iteration_times(page: &mut String, scene: &SceneResults, labels: &[&str]) {
             label: "ms per iteration".into(),
             logarithmic: false,
         },
-        lines: lines.collect(),
+        lines,
         level: None,
     };
     let _ = writeln!(
