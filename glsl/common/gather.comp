@@ -1,7 +1,9 @@
 // Radiance from one photon map at each view sample: L = Σ f_r Φ / (π r²), no cosine (Kern et al.
-// 2023, section 3.6), the area clipped at edges (see lib/kernel.glsl); by full evaluation or by stochastic evaluation of a reservoir of photons
-// (section 3.8; Vitter 1985).
-// In: ViewSamples, PhotonMaps, the map's radius [m], or with PIXEL_RADII the pixel's own. Out: FramePixel.caustic or .global [nit].
+// 2023, section 3.6), the area clipped at edges (see lib/kernel.glsl); by full evaluation or by
+// stochastic evaluation of a reservoir of photons (section 3.8; Vitter 1985).
+// In: ViewSamples, PhotonMaps, the map's radius [m], or with PIXEL_RADII the pixel's own.
+// Out: FramePixel.caustic or .global [nit]; .bias [nit], from the same photons within half the radius;
+// with PIXEL_RADII .found.
 #version 460
 #ifdef NEAR_GRID
 #extension GL_KHR_shader_subgroup_arithmetic : require
