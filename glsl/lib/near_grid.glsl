@@ -41,32 +41,28 @@ void find_near(PhotonMaps maps, uint map, vec3 position_w, float radius) {
         // More than the rounding of cells and positions.
         float reach = radius * 1.001 + max_component(max(max(abs(low_w), abs(high_w)), high_w - grid.min_w)) * 1e-6;
         uvec3 first = grid_cell(grid, low_w - reach), last = grid_cell(grid, high_w + reach);
-        uint rows_y = last.y - first.y + 1u, rows = rows_y * (last.z - first.z + 1u);
-        // Twice: where a row wraps about the end of its part, it goes on at the beginning.
-        for (uint done = 0u; done < 2u * rows; done += LANES) {
-            uint row = (done + lane) % rows;
-            uvec2 yz = first.yz + uvec2(row % rows_y, row / rows_y);
+        // At most 4 × 4 rows (see GRID_JOIN).
+        uint rows = (last.z - first.z + 1u) * 4u;
+        for (uint done = 0u; done < rows; done += LANES) {
+            uvec2 yz = first.yz + uvec2(done + lane & 3u, done + lane >> 2u);
             // What of the row lies within reach of the points' box.
             vec2 side_w = grid.min_w.yz + vec2(yz) / grid.scale.yz;
             vec2 off = max(max(side_w - high_w.yz, low_w.yz - side_w - 1.0 / grid.scale.yz), vec2(0.0));
             float chord = sqrt(max(reach * reach - dot(off, off), 0.0));
             uint x = grid_cell(grid, low_w - chord).x, cells = grid_cell(grid, high_w + chord).x - x + 1u;
             uvec2 place = grid_row(grid, yz);
-            uint at = place.y + x & grid.row_slots - 1u, begin = 0u, end = 0u;
-            if (dot(off, off) > reach * reach) {
-                // A corner: nothing.
-            } else if (done + lane < rows) {
-                begin = grid.starts.at[place.x + at];
-                end = grid.starts.at[place.x + min(at + cells, grid.row_slots)];
-            } else if (done + lane < 2u * rows && at + cells > grid.row_slots) {
-                begin = grid.starts.at[place.x];
-                end = grid.starts.at[place.x + at + cells - grid.row_slots];
+            uint at = place.y + x & grid.row_slots - 1u;
+            uvec2 run = uvec2(0u), wrapped = uvec2(0u);
+            if (all(lessThanEqual(yz, last.yz)) && dot(off, off) <= reach * reach) {
+                run = uvec2(grid.starts.at[place.x + at], grid.starts.at[place.x + min(at + cells, grid.row_slots)]);
+                // About the end of its part a row goes on at the beginning.
+                if (at + cells > grid.row_slots) wrapped = uvec2(grid.starts.at[place.x], grid.starts.at[place.x + at + cells - grid.row_slots]);
             }
-            for (uvec4 found = subgroupBallot(begin < end); found != uvec4(0u);) {
+            for (uvec4 found = subgroupBallot(run.x < run.y); found != uvec4(0u);) {
                 uint j = subgroupBallotFindLSB(found);
                 found[j / 32u] &= found[j / 32u] - 1u;
-                uint row_end = subgroupBroadcast(end, j);
-                for (uint i = subgroupBroadcast(begin, j); i < row_end; i += LANES) {
+                uint row_end = subgroupBroadcast(run.y, j);
+                for (uint i = subgroupBroadcast(run.x, j); i < row_end; i += LANES) {
                     uint index = i + lane;
                     bool useful = false;
                     vec3 photon_w = vec3(0.0);
