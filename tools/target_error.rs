@@ -1,24 +1,25 @@
 //! How often `--target-error` is right: renders scenes with several seeds until the estimated error is below the target,
 //! and compares each picture with a reference. Prints Markdown.
 //!
-//! `cargo run --release --example target-error -- TARGET SEEDS SCENE…`. References are rendered here, from another
-//! seed, with radii that begin at a pixel, until their own error is a sixth of the target; it is printed.
+//! `cargo run --release --example target-error -- TARGET SEEDS SCENE[=REFERENCE.exr]…`. References of any multiple of the size are
+//! averaged down to it; those that are not given are rendered here by `path`, whose only error is noise, until that is
+//! estimated below a sixth of the target.
 
 use std::error::Error;
 use std::path::Path;
 
 use lightfall::gpu::{Gpu, OpenOptions};
-use lightfall::image::Rgb;
+use lightfall::image::{Rgb, read_layer};
 use lightfall::metrics::{Metric, Pair};
 use lightfall::render::{Accuracy, Renderer, next_look};
 use lightfall::scene::{self, Scene};
-use lightfall::settings::{Length, Settings};
+use lightfall::settings::Settings;
 
 const SIZE: [u32; 2] = [64, 64];
 /// Few: what matters here is how often the estimate is right, not how soon.
 const PHOTONS: u32 = 20_000;
 /// Iterations of a reference at most.
-const REFERENCE_MAX: u64 = 4_000;
+const REFERENCE_MAX: u64 = 20_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -30,10 +31,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         "| scene | error of the reference | pictures below {target} | errors: median, largest | estimated bound | iterations |"
     );
     println!("|---|---|---|---|---|---|");
-    for path in arguments {
-        let scene = scene::load(Path::new(&path))?;
-        let name = Path::new(&path).file_stem().unwrap_or_default();
-        let (reference, own) = reference(&gpu, &scene, target)?;
+    for argument in arguments {
+        let (path, file) = argument.split_once('=').unwrap_or((&argument, ""));
+        let scene = scene::load(Path::new(path))?;
+        let name = Path::new(path).file_stem().unwrap_or_default();
+        let (reference, own) = match file {
+            "" => rendered_reference(&gpu, &scene, target)?,
+            file => (
+                averaged_down(read_layer(Path::new(file), "")?)?,
+                "of a file".into(),
+            ),
+        };
         let (mut errors, mut bounds, mut iterations) = (vec![], vec![], vec![]);
         for seed in 1..=seeds {
             let settings = Settings {
@@ -52,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let right = errors.iter().filter(|e| **e <= target).count();
         let largest = errors.iter().copied().fold(0.0, f64::max);
         println!(
-            "| {} | {own:.4} | {right} of {seeds} | {:.4}, {largest:.4} | {:.4} | {:.0} |",
+            "| {} | {own} | {right} of {seeds} | {:.4}, {largest:.4} | {:.4} | {:.0} |",
             name.display(),
             median(&mut errors),
             median(&mut bounds),
@@ -78,18 +86,41 @@ fn render(renderer: &mut Renderer, target: f64, most: u64) -> Result<Accuracy, B
     }
 }
 
-fn reference(gpu: &Gpu, scene: &Scene, target: f64) -> Result<(Rgb, f64), Box<dyn Error>> {
+/// And the relative error that it is estimated to have.
+fn rendered_reference(
+    gpu: &Gpu,
+    scene: &Scene,
+    target: f64,
+) -> Result<(Rgb, String), Box<dyn Error>> {
     let settings = Settings {
         size: Some(SIZE),
-        photons: Some(PHOTONS),
+        technique: "path".into(),
         seed: 1000,
-        radius: Some(Length::Pixels(1.0)),
-        caustic_radius: Some(Length::Pixels(1.0)),
         ..Settings::default()
     };
     let mut renderer = Renderer::new(gpu, scene, &settings)?;
     let accuracy = render(&mut renderer, target / 6.0, REFERENCE_MAX)?;
-    Ok((image(&renderer)?, accuracy.error))
+    Ok((image(&renderer)?, format!("{:.4}", accuracy.error)))
+}
+
+fn averaged_down(image: Rgb) -> Result<Rgb, String> {
+    let step = image.size[0] / SIZE[0];
+    if step == 0 || image.size != SIZE.map(|edge| edge * step) {
+        return Err(format!(
+            "expected a multiple of {SIZE:?} px, not {:?}",
+            image.size
+        ));
+    }
+    let mut pixels = vec![0.0; (3 * SIZE[0] * SIZE[1]) as usize];
+    for (i, value) in image.pixels.iter().enumerate() {
+        let [x, y] = [
+            i / 3 % image.size[0] as usize,
+            i / 3 / image.size[0] as usize,
+        ]
+        .map(|at| at / step as usize);
+        pixels[3 * (y * SIZE[0] as usize + x) + i % 3] += value / (step * step) as f32;
+    }
+    Ok(Rgb { size: SIZE, pixels })
 }
 
 fn image(renderer: &Renderer) -> Result<Rgb, Box<dyn Error>> {

@@ -1,7 +1,9 @@
 //! How far a picture is from the truth, bias included, without knowing the truth.
 //!
 //! Errors are relative: the root mean square over the pixels of (x − r) / √(r² + (m / 10)²), where x and r
-//! are the luminances of picture and truth, and m is the mean of r. Two things make them:
+//! are the luminances of picture and truth, and m is the mean of r. Where a pixel's value is known well, r is taken from what was
+//! gathered there within half the radius, since beside a bright caustic most of the rest may be blur; elsewhere r is the median of
+//! its neighbourhood, since a value that a few bright outliers make is no truth. Two things make errors:
 //!
 //! * Noise: the variance over the iterations, divided by their number.
 //! * Bias: B(ρ), what a density estimate of radius ρ blurs. Each iteration gathers twice from the same photons, within ρ
@@ -18,6 +20,8 @@ use crate::shared::FilmPixel;
 const BIAS_PER_DIFFERENCE: f64 = 2.0;
 /// Of a normal distribution: below this many standard deviations above the mean lie 95 %.
 const SIGMAS: f64 = 1.645;
+/// A pixel's value is known where its standard error is below this share of it.
+const KNOWN: f64 = 0.25;
 /// Pixels along the edge of a block at most; further apart, errors hardly depend on each other.
 const BLOCK: usize = 16;
 /// Blocks across an image at least, where it has so many pixels.
@@ -66,9 +70,12 @@ pub fn accuracy(pixels: &[FilmPixel], width: u32, iterations: u64) -> Accuracy {
     let mut blocks = vec![[0.0; 3]; across * height.div_ceil(block)];
     for (i, p) in pixels.iter().enumerate() {
         let (x, y) = (i % width, i / width);
-        let truth = median_around(&luminances, width, x, y);
-        let weight = 1.0 / (truth * truth + 0.01 * mean * mean);
         let noise2 = f64::from(p.variance.max(0.0)) * of_mean;
+        let truth = match luminances.get(i) {
+            Some(&own) if noise2 < KNOWN.powi(2) * own * own => (own - f64::from(p.bias)).max(0.0),
+            _ => median_around(&luminances, width, x, y),
+        };
+        let weight = 1.0 / (truth * truth + 0.01 * mean * mean);
         // The square of a noisy mean is too large by its variance.
         let difference2 = f64::from(p.bias).powi(2) - f64::from(p.bias_variance) * of_mean;
         if let Some(sums) = blocks.get_mut(y / block * across + x / block) {
@@ -92,7 +99,7 @@ pub fn accuracy(pixels: &[FilmPixel], width: u32, iterations: u64) -> Accuracy {
     }
 }
 
-/// Of the 3 × 3 pixels about one: a single bright outlier is no truth.
+/// Of the 3 × 3 pixels about one.
 fn median_around(luminances: &[f64], width: usize, x: usize, y: usize) -> f64 {
     let mut near = Vec::with_capacity(9);
     for row in y.saturating_sub(1)..=y + 1 {
@@ -163,6 +170,38 @@ mod tests {
             101,
         );
         assert!(found.error_95 > 1.3 * found.error, "{found:?}");
+    }
+
+    #[test]
+    fn a_bright_pixel_is_judged_by_its_own_value() {
+        // As noisy as the others: 0.02 of its value, which is 100 times theirs.
+        let found = accuracy(
+            &pixels(|i| match i {
+                500 => FilmPixel {
+                    variance: 400.0,
+                    ..grey(100.0)
+                },
+                _ => FilmPixel {
+                    variance: 0.04,
+                    ..grey(1.0)
+                },
+            }),
+            32,
+            101,
+        );
+        assert!((found.noise - 0.02).abs() < 2e-4, "{found:?}");
+    }
+
+    #[test]
+    fn blur_is_relative_to_what_it_covers() {
+        // Half of what is seen is gone within half the radius.
+        let blurred = FilmPixel {
+            bias: 0.5,
+            ..grey(1.0)
+        };
+        let found = accuracy(&pixels(|_| blurred), 32, 101);
+        let expected = 2.0 * 0.5 / (0.25f64 + 0.01).sqrt();
+        assert!((found.bias / expected - 1.0).abs() < 1e-6, "{found:?}");
     }
 
     #[test]
