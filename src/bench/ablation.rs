@@ -1,8 +1,8 @@
 //! What culling, stochastic evaluation and the radius do by themselves (Kern, Brüll & Grosch 2023, table 4 and figure 10).
 
-use super::plan::Variant;
+use super::plan::{Factors, Variant};
 use super::race::{Course, End, Track, race};
-use crate::settings::{Evaluate, Length, Settings, Switch};
+use crate::settings::{Evaluate, Settings, Switch};
 
 /// Of one scene.
 pub struct Ablation {
@@ -47,11 +47,12 @@ pub fn measure(course: &Course, base: &Settings, seconds: f64) -> Ablation {
             evaluate,
             ..base.clone()
         },
+        factors: Factors::NONE,
     })
     .collect();
     let tracks = race(course, &variants, 0, &end);
     let sweep = match tracks.first() {
-        Some(track) if track.failure.is_none() => sweep(course, base, track, &end),
+        Some(track) if track.failure.is_none() => sweep(course, base, &end),
         _ => Vec::new(),
     };
     let mut ablation = Ablation {
@@ -72,17 +73,19 @@ pub fn measure(course: &Course, base: &Settings, seconds: f64) -> Ablation {
     ablation
 }
 
-fn sweep(course: &Course, base: &Settings, track: &Track, end: &End) -> Vec<SweepPoint> {
+fn sweep(course: &Course, base: &Settings, end: &End) -> Vec<SweepPoint> {
     let variant = |factor: f64, evaluate| Variant {
         label: format!("radius × {factor}"),
         settings: Settings {
-            radius: Some(Length::World(track.radii.global * factor as f32)),
-            caustic_radius: Some(Length::World(track.radii.caustic * factor as f32)),
             // As good as 1: the radius stays.
             alpha: 0.999_999,
             cull: Switch::Off,
             evaluate,
             ..base.clone()
+        },
+        factors: Factors {
+            radii: factor,
+            ..Factors::NONE
         },
     };
     let both = |factor| {

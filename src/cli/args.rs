@@ -57,8 +57,14 @@ pub struct BenchArgs {
     pub scenes: Vec<PathBuf>,
 
     /// Techniques, each with settings of its own where wanted: rtpm,rtpm:cull=off,evaluate=stochastic
-    #[arg(long, value_name = "LIST", default_value = "all")]
-    pub techniques: String,
+    /// [default: all; with --trade: auto]
+    #[arg(long, value_name = "LIST")]
+    pub techniques: Option<String>,
+
+    /// Measure what a user can trade instead: photons, radii, alpha, evaluation, rejection, culling, path length, image
+    /// size and technique, each by itself around the first of --techniques; further ones of the list are measured as they are
+    #[arg(long)]
+    pub trade: bool,
 
     /// What each technique gets for each seed: a time (30s, 5m) or iterations (200i)
     #[arg(long, value_name = "TIME|Ni", default_value = "10s", value_parser = parse_budget)]

@@ -6,9 +6,10 @@ use crate::{
     bench::{
         self, Results, Session, data,
         plan::{Budget, Plan, settings, variants},
-        report,
+        report, trade,
     },
     gpu::{Gpu, OpenOptions},
+    settings::AUTO,
 };
 use std::{
     env, fs,
@@ -74,13 +75,23 @@ fn plan(args: &BenchArgs) -> Result<Plan> {
         .map(str::trim)
         .filter(|word| !word.is_empty());
     // The paper's two savings are measured on the paper's technique.
-    let ablation = match args.skip_ablation {
+    let ablation = match args.skip_ablation || args.trade {
         true => None,
         false => Some(settings("rtpm", common)?),
     };
+    let list = match (&args.techniques, args.trade) {
+        (Some(list), _) => list,
+        (None, true) => AUTO,
+        (None, false) => "all",
+    };
+    let mut variants = variants(list, &args.set)?;
+    if args.trade {
+        let points = variants.first().map_or_else(Vec::new, trade::around);
+        variants.splice(1..1, points);
+    }
     Ok(Plan {
         scenes: args.scenes.clone(),
-        variants: variants(&args.techniques, &args.set)?,
+        variants,
         budget: args.budget,
         seeds: args.seeds,
         reference: (args.reference != Path::new("auto")).then(|| args.reference.clone()),
@@ -91,6 +102,7 @@ fn plan(args: &BenchArgs) -> Result<Plan> {
             .unwrap_or_else(|| cache_folder(&args.output)),
         size: args.size,
         ablation,
+        trade: args.trade,
     })
 }
 
