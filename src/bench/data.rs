@@ -4,7 +4,7 @@ use super::ablation::Ablation;
 use super::race::{METRICS, Track};
 use super::standing::{Equal, Standing, decay, standings};
 use super::statistics::{Estimate, median};
-use super::trade::{SHARES, Trade, overall};
+use super::trade::{METRIC, Place, Trade, overall, shares};
 use super::{Results, SceneResults};
 use crate::metrics::Metric;
 use serde_json::{Map, Value, json};
@@ -46,8 +46,8 @@ fn over_scenes(results: &Results) -> Value {
         })
     });
     json!({
-        "compared": super::trade::METRIC.name(),
-        "at_shares_of_the_time": SHARES,
+        "compared": METRIC.name(),
+        "at_shares_of_the_time": shares(),
         "scenes": scenes.len(),
         "points": points.collect::<Vec<_>>(),
     })
@@ -58,8 +58,8 @@ fn trade(trade: &Trade) -> Value {
         json!({
             "technique": v,
             "error_over_first": point.ratios.map(estimate),
-            "least_at_seconds": point.place.least,
-            "tied_at_seconds": point.place.tied,
+            "places": point.places.map(Place::name),
+            "on_front": point.on_front,
         })
     });
     json!({"at_seconds": trade.times, "points": points.collect::<Vec<_>>()})

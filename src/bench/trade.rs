@@ -3,7 +3,7 @@
 
 use super::plan::{Variant, checkpoints};
 use super::race::Track;
-use super::standing::{Equal, Standing, Verdict, at_time};
+use super::standing::{Standing, Verdict, at_time};
 use super::statistics::{Estimate, bootstrap, median_ratio};
 use crate::metrics::Metric;
 use crate::settings::{Direct, Evaluate, Switch};
@@ -11,8 +11,15 @@ use crate::settings::{Direct, Evaluate, Switch};
 /// A few pixels that a rough mirror made bright would hide what all others have to say.
 pub const METRIC: Metric = Metric::RelMseTrimmed;
 
-/// Shares of the measured time after which errors are compared.
-pub const SHARES: [f64; 3] = [1.0 / 16.0, 1.0 / 4.0, 1.0];
+/// Of the times at which errors are measured, from the end: those at which settings are compared, which are 1/8, 0.35 and all of what
+/// each had. A front at every time would find most settings on it once, by chance.
+const COMPARED: [usize; 3] = [6, 3, 0];
+
+/// [`COMPARED`] as shares of the whole time.
+pub fn shares() -> [f64; 3] {
+    let shares: Vec<f64> = checkpoints().collect();
+    COMPARED.map(|k| shares.iter().rev().nth(k).copied().unwrap_or(1.0))
+}
 
 /// `base` with one setting changed, for each that there is a point in changing. What culling and technique the device chooses by itself
 /// is among them: the difference to the default is then noise.
@@ -73,7 +80,7 @@ pub fn around(base: &Variant) -> Vec<Variant> {
 
 /// What was found on one scene.
 pub struct Trade {
-    /// Seconds, as [`SHARES`] of what all have had.
+    /// Seconds, as [`shares`] of what all have had.
     pub times: [f64; 3],
     /// One for each variant.
     pub points: Vec<Point>,
@@ -83,16 +90,32 @@ pub struct Trade {
 pub struct Point {
     /// Its error over the first variant's after [`Trade::times`], with intervals over seeds.
     pub ratios: [Estimate; 3],
-    pub place: Place,
+    /// At the same times.
+    pub places: [Place; 3],
+    /// Whether it errs least at any time: the front.
+    pub on_front: bool,
 }
 
-/// Where a variant stands to the front: the least error that any has reached, over time.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Place {
-    /// Times (s) at which it errs least.
-    pub least: Vec<f64>,
-    /// Times (s) at which it errs more, but not for certain.
-    pub tied: Vec<f64>,
+/// Where a variant stands to the least error that any has reached at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    Least,
+    /// More, but no difference is shown.
+    Tied,
+    Behind,
+    /// It has no image yet, or failed.
+    Unknown,
+}
+
+impl Place {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Least => "least",
+            Self::Tied => "tied",
+            Self::Behind => "behind",
+            Self::Unknown => "unknown",
+        }
+    }
 }
 
 /// `None` where nothing can be compared.
@@ -103,38 +126,30 @@ pub fn trade(tracks: &[Track], variants: usize) -> Option<Trade> {
     if !end.is_finite() {
         return None;
     }
-    let standings = checkpoints().map(|share| at_time(tracks, variants, share * end, METRIC));
-    let places = front(&standings.collect::<Vec<_>>(), variants);
-    let times = SHARES.map(|share| share * end);
-    let compared = times.map(|t| at_time(tracks, variants, t, METRIC));
-    let points = places.into_iter().enumerate().map(|(v, place)| Point {
-        ratios: compared.each_ref().map(|standing| to_first(standing, v)),
-        place,
+    let standing = |share| at_time(tracks, variants, share * end, METRIC);
+    let compared = shares().map(standing);
+    let standings: Vec<Standing> = checkpoints().map(standing).collect();
+    let points = (0..variants).map(|v| Point {
+        ratios: compared.each_ref().map(|s| to_first(s, v)),
+        places: compared.each_ref().map(|s| place(s, v)),
+        on_front: standings.iter().any(|s| place(s, v) == Place::Least),
     });
     Some(Trade {
-        times,
+        times: shares().map(|share| share * end),
         points: points.collect(),
     })
 }
 
-/// Where each of the variants stands, from what all had at several equal times.
-fn front(standings: &[Standing], variants: usize) -> Vec<Place> {
-    let mut places = vec![Place::default(); variants];
-    for standing in standings {
-        let Equal::Time(seconds) = standing.equal else {
-            continue;
-        };
-        if let Some(place) = standing.best().and_then(|b| places.get_mut(b.variant)) {
-            place.least.push(seconds);
-        }
-        let others = standing.verdict().map_or(Vec::new(), |v| v.others);
-        for (v, _) in others.iter().filter(|o| !Verdict::is_beaten(&o.1)) {
-            if let Some(place) = places.get_mut(*v) {
-                place.tied.push(seconds);
-            }
-        }
+fn place(standing: &Standing, variant: usize) -> Place {
+    if standing.best().is_some_and(|best| best.variant == variant) {
+        return Place::Least;
     }
-    places
+    let others = standing.verdict().map_or(Vec::new(), |v| v.others);
+    match others.iter().find(|o| o.0 == variant) {
+        Some((_, ratio)) if Verdict::is_beaten(ratio) => Place::Behind,
+        Some(_) => Place::Tied,
+        None => Place::Unknown,
+    }
 }
 
 /// A variant's errors over the first one's, seed by seed.
@@ -153,10 +168,10 @@ fn to_first(standing: &Standing, variant: usize) -> Estimate {
 pub struct Overall {
     /// Geometric means over the scenes of [`Point::ratios`], with intervals over the scenes: what would hold on others like them.
     pub ratios: [Estimate; 3],
-    /// Scenes in which it errs least at some time.
-    pub least: usize,
-    /// Further scenes in which it cannot be told from the least at some time.
-    pub tied: usize,
+    /// Scenes in which it errs least at each of the times.
+    pub least: [usize; 3],
+    /// Further scenes in which no difference to the least is shown.
+    pub tied: [usize; 3],
 }
 
 /// One for each variant.
@@ -167,23 +182,14 @@ pub fn overall(scenes: &[&Trade], variants: usize) -> Vec<Overall> {
             let logs: Vec<f64> = points.iter().map(|p| p.ratios[k].value.ln()).collect();
             geometric_mean(&logs)
         };
+        let count = |k: usize, place| points.iter().filter(|p| p.places[k] == place).count();
         Overall {
             ratios: [0, 1, 2].map(mean),
-            least: points.iter().filter(|p| p.place.is_least()).count(),
-            tied: points.iter().filter(|p| p.place.is_tied()).count(),
+            least: [0, 1, 2].map(|k| count(k, Place::Least)),
+            tied: [0, 1, 2].map(|k| count(k, Place::Tied)),
         }
     };
     (0..variants).map(of_variant).collect()
-}
-
-impl Place {
-    pub fn is_least(&self) -> bool {
-        !self.least.is_empty()
-    }
-
-    pub fn is_tied(&self) -> bool {
-        self.least.is_empty() && !self.tied.is_empty()
-    }
 }
 
 /// Not known unless known of each scene: scenes differ more than settings.
@@ -203,11 +209,11 @@ fn geometric_mean(logs: &[f64]) -> Estimate {
 mod tests {
     use super::*;
     use crate::bench::plan::{Factors, variants};
-    use crate::bench::standing::Row;
+    use crate::bench::standing::{Equal, Row};
     use crate::bench::statistics::median_of;
 
-    /// Errors of each variant with each seed at one time; NaN: not measured.
-    fn standing(seconds: f64, rows: &[&[f64]]) -> Standing {
+    /// Errors of each variant with each seed; NaN: not measured.
+    fn standing(rows: &[&[f64]]) -> Standing {
         let row = |(variant, values): (usize, &&[f64])| {
             let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
             Row {
@@ -217,46 +223,44 @@ mod tests {
             }
         };
         Standing {
-            equal: Equal::Time(seconds),
+            equal: Equal::Time(1.0),
             metric: METRIC,
             rows: rows.iter().enumerate().map(row).collect(),
         }
     }
 
-    #[test]
-    fn the_front_is_the_least_error_at_some_time() {
-        const NONE: [f64; 2] = [f64::NAN; 2];
-        let places = front(
-            &[
-                // The only one with a picture; then ahead; then overtaken for certain; then equal.
-                standing(1.0, &[&[9.0, 9.1], &NONE, &NONE, &NONE]),
-                standing(2.0, &[&[4.0, 4.1], &[5.0, 5.2], &[4.5, 4.4], &NONE]),
-                standing(4.0, &[&[3.0, 3.1], &[2.0, 2.1], &[2.5, 2.4], &[2.5, 2.0]]),
-                standing(8.0, &[&[1.0, 1.0], &[1.0, 1.0], &[1.2, 1.1], &NONE]),
-                standing(16.0, &[&NONE, &NONE, &NONE, &NONE]),
-            ],
-            4,
-        );
-        assert_eq!(places[0].least, [1.0, 2.0, 8.0]);
-        assert!(places[0].tied.is_empty());
-        assert_eq!(places[1].least, [4.0]);
-        assert_eq!(places[1].tied, [8.0], "equal");
-        assert!(!places[2].is_least() && !places[2].is_tied(), "dominated");
-        assert_eq!(places[3].tied, [4.0], "better with one seed of two");
-        assert!(places[3].is_tied() && !places[1].is_tied());
+    fn places(rows: &[&[f64]]) -> Vec<Place> {
+        let standing = standing(rows);
+        (0..rows.len()).map(|v| place(&standing, v)).collect()
     }
 
     #[test]
-    fn one_point_is_a_front() {
-        let places = front(&[standing(1.0, &[&[2.0, 3.0]])], 2);
-        assert_eq!(places[0].least, [1.0]);
-        assert_eq!(places[1], Place::default(), "one that failed at once");
-        assert!(front(&[], 1).iter().all(|p| *p == Place::default()));
+    fn the_front_is_the_least_error() {
+        use Place::{Behind, Least, Tied, Unknown};
+        const NONE: &[f64] = &[f64::NAN; 2];
+        assert_eq!(
+            places(&[&[3.0, 3.1], &[2.0, 2.1], &[2.5, 2.0], NONE]),
+            [Behind, Least, Tied, Unknown],
+            "better with both seeds, with one of two, and not measured"
+        );
+        assert_eq!(places(&[&[1.0, 1.0], &[1.0, 1.0]]), [Least, Tied], "equal");
+        assert_eq!(places(&[&[5.0, 5.0], NONE]), [Least, Unknown], "alone");
+        assert_eq!(
+            places(&[&[5.0], &[1.0]]),
+            [Tied, Least],
+            "one seed beats nobody"
+        );
+        assert_eq!(places(&[NONE, NONE]), [Unknown; 2]);
+        assert_eq!(
+            places(&[&[], &[1.0, 1.0]]),
+            [Unknown, Least],
+            "failed at once"
+        );
     }
 
     #[test]
     fn ratios_are_to_the_first_seed_by_seed() {
-        let found = standing(1.0, &[&[1.0, 8.0, f64::NAN], &[2.0, 16.0, 1.0]]);
+        let found = standing(&[&[1.0, 8.0, f64::NAN], &[2.0, 16.0, 1.0]]);
         let ratio = to_first(&found, 1);
         assert!((ratio.value - 2.0).abs() < 1e-12);
         assert!(to_first(&found, 2).value.is_nan());
