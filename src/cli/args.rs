@@ -1,5 +1,6 @@
 //! What can be typed. Ranges are checked here; clap prints the fault and exits with 2.
 
+use super::quality::Quality;
 use crate::{
     bench::plan::Budget,
     image::{Display, Format},
@@ -27,7 +28,7 @@ pub struct Cli {
 pub enum Command {
     /// Render a glTF scene to EXR and PNG images
     ///
-    /// Stops after 60 s unless --iterations, --time or --target-error says otherwise; at whichever comes first. Ctrl-C finishes the iteration
+    /// Stops after 60 s unless --quality, --iterations, --time or --target-error says otherwise; at whichever comes first. Ctrl-C finishes the iteration
     /// and writes the image so far; a second Ctrl-C ends at once without an image.
     Render(Box<RenderArgs>),
     /// Measure techniques side by side: error over time, time of each pass, who is ahead
@@ -162,6 +163,10 @@ pub struct RenderArgs {
     #[arg(short, long = "output", value_name = "FILE", required = true,
           value_parser = PathBufValueParser::new().try_map(image_path))]
     pub outputs: Vec<PathBuf>,
+
+    /// When to stop, unless --iterations, --time or --target-error say
+    #[arg(long, value_enum, default_value_t = Quality::Normal)]
+    pub quality: Quality,
 
     /// Stop at N iterations, those of a resumed image included
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
