@@ -60,7 +60,8 @@ pub struct SceneResults {
     pub tracks: Vec<Track>,
     /// Of each variant's last images.
     pub splits: Vec<Option<Split>>,
-    pub ablation: Option<Ablation>,
+    /// Of each seed.
+    pub ablations: Vec<Ablation>,
     pub trade: Option<Trade>,
 }
 
@@ -170,7 +171,7 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
         tracks.extend(raced);
     }
     let splits = split_and_drop(&mut tracks, variants.len(), &reference.image);
-    let mut ablation = None;
+    let mut ablations = Vec::new();
     if let Some(base) = &plan.ablation
         && !stop()
     {
@@ -179,7 +180,10 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
             Budget::Iterations(_) => statistics::median(tracks.iter().map(Track::total_seconds)),
         };
         say("culling, evaluation and radii by themselves");
-        ablation = Some(ablation::measure(&course, &sized(base), seconds));
+        let seconds = seconds / plan.seeds as f64;
+        for seed in (0..plan.seeds).take_while(|_| !stop()) {
+            ablations.push(ablation::measure(&course, &sized(base), seed, seconds));
+        }
     }
     let trade = match plan.trade {
         true => trade::trade(&tracks, variants.len()),
@@ -194,7 +198,7 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
         reference,
         tracks,
         splits,
-        ablation,
+        ablations,
         trade,
     })
 }

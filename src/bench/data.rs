@@ -90,7 +90,7 @@ fn scene(scene: &SceneResults, variants: usize) -> Value {
         "standings": standings(&scene.tracks, variants).iter().map(standing).collect::<Vec<_>>(),
         "summary": summary.collect::<Vec<_>>(),
         "runs": scene.tracks.iter().map(track).collect::<Vec<_>>(),
-        "ablation": scene.ablation.as_ref().map(ablation),
+        "ablations": scene.ablations.iter().map(ablation).collect::<Vec<_>>(),
         "trade": scene.trade.as_ref().map(trade),
     })
 }

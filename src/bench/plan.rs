@@ -21,7 +21,7 @@ pub struct Plan {
     pub cache: PathBuf,
     /// Of all images; a reference file's own where `None`.
     pub size: Option<[u32; 2]>,
-    /// Settings on top of which culling, evaluation and radii are measured one by one.
+    /// Settings on top of which culling, evaluation and radii are measured one by one; nothing where `None`.
     pub ablation: Option<Settings>,
     /// The variants are points around the first, and the report says what each buys.
     pub trade: bool,

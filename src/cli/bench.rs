@@ -10,6 +10,7 @@ use crate::{
     },
     gpu::{Gpu, OpenOptions},
     settings::AUTO,
+    technique::TECHNIQUES,
 };
 use std::{
     env, fs,
@@ -74,17 +75,25 @@ fn plan(args: &BenchArgs) -> Result<Plan> {
         .split(',')
         .map(str::trim)
         .filter(|word| !word.is_empty());
-    // The paper's two savings are measured on the paper's technique.
-    let ablation = match args.skip_ablation || args.trade {
-        true => None,
-        false => Some(settings("rtpm", common)?),
-    };
     let list = match (&args.techniques, args.trade) {
         (Some(list), _) => list,
         (None, true) => AUTO,
         (None, false) => "all",
     };
     let mut variants = variants(list, &args.set)?;
+    // On the first that gathers photons at all.
+    let gathers =
+        |name: &str| name == AUTO || TECHNIQUES.iter().any(|t| t.name == name && t.photons);
+    let first = variants
+        .iter()
+        .map(|v| &v.settings.technique)
+        .find(|t| gathers(t));
+    let ablation = match first {
+        Some(technique) if !(args.skip_ablation || args.trade) => {
+            Some(settings(technique, common)?)
+        }
+        _ => None,
+    };
     if args.trade {
         let points = variants.first().map_or_else(Vec::new, trade::around);
         variants.splice(1..1, points);

@@ -68,8 +68,8 @@ pub fn section(
     iteration_times(page, scene, labels);
     passes(page, scene, labels);
     *page += "</div>\n";
-    if let Some(found) = &scene.ablation {
-        ablation::section(page, found, results);
+    if !scene.ablations.is_empty() {
+        ablation::section(page, &scene.ablations, results);
     }
     Ok(())
 }
