@@ -287,5 +287,9 @@ mod tests {
         ])]);
         assert_eq!(svg.matches("<circle").count(), 2);
         assert!(svg.contains("x &amp; y") && svg.contains("a &lt; b") && !svg.contains("NaN"));
+        let mut unnamed = line(&[[1.0, 1.0], [2.0, 2.0]]);
+        unnamed.label.clear();
+        let svg = plot(vec![unnamed]);
+        assert!(svg.contains("line thin") && !svg.contains("key") && !svg.contains("<circle"));
     }
 }

@@ -33,7 +33,7 @@ pub fn summary(page: &mut String, results: &Results, labels: &[&str]) {
     let _ = writeln!(
         page,
         "</table></div>\n<p>Error (relMSE, trimmed) over that of <em>{first}</em>, the first row, after the same time: below 1 is better. Geometric \
-         means over {} scenes with 95 % intervals over the scenes; green: the whole interval is below 1, red: above. Below, in how many scenes a \
+         means over the scenes ({}) with 95 % intervals over the scenes; green: the whole interval is below 1, red: above. Below, in how many scenes a \
          setting errs <em>least</em> of all at that time, so that it lies on the front of error against time, and in how many more no difference to \
          the least is shown (≈). Rows that ask for what the default is anyway show how far noise goes.</p>",
         scenes.len()
@@ -156,7 +156,7 @@ fn front(page: &mut String, scene: &SceneResults, trade: &Trade, labels: &[&str]
     };
     let _ = writeln!(
         page,
-        "<div class=\"plots\"><div><h3>The front of error against time</h3>\n{}</div></div>\n\
+        "<div class=\"front\"><h3>The front of error against time</h3>\n{}</div>\n\
          <p>By name: the default, and what errs least at some time. Grey: all others.</p>",
         plot.svg()
     );
