@@ -4,7 +4,7 @@ use super::ablation::Ablation;
 use super::race::{METRICS, Track};
 use super::standing::{Equal, Standing, decay, standings};
 use super::statistics::{Estimate, median};
-use super::trade::{METRIC, Place, Trade, overall, shares};
+use super::trade::{METRIC, Place, SHARES, Trade, overall};
 use super::{Results, SceneResults};
 use crate::metrics::Metric;
 use serde_json::{Map, Value, json};
@@ -47,7 +47,7 @@ fn over_scenes(results: &Results) -> Value {
     });
     json!({
         "compared": METRIC.name(),
-        "at_shares_of_the_time": shares(),
+        "at_shares_of_the_time": SHARES,
         "scenes": scenes.len(),
         "points": points.collect::<Vec<_>>(),
     })

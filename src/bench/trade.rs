@@ -11,15 +11,9 @@ use crate::settings::{Direct, Evaluate, Switch};
 /// A few pixels that a rough mirror made bright would hide what all others have to say.
 pub const METRIC: Metric = Metric::RelMseTrimmed;
 
-/// Of the times at which errors are measured, from the end: those at which settings are compared, which are 1/8, 0.35 and all of what
-/// each had. A front at every time would find most settings on it once, by chance.
-const COMPARED: [usize; 3] = [6, 3, 0];
-
-/// [`COMPARED`] as shares of the whole time.
-pub fn shares() -> [f64; 3] {
-    let shares: Vec<f64> = checkpoints().collect();
-    COMPARED.map(|k| shares.iter().rev().nth(k).copied().unwrap_or(1.0))
-}
+/// Shares of the measured time at which settings are compared. A front at every checkpoint would find most settings on it once, by
+/// chance.
+pub const SHARES: [f64; 3] = [0.125, 0.35, 1.0];
 
 /// `base` with one setting changed, for each that there is a point in changing. What culling and technique the device chooses by itself
 /// is among them: the difference to the default is then noise.
@@ -80,7 +74,7 @@ pub fn around(base: &Variant) -> Vec<Variant> {
 
 /// What was found on one scene.
 pub struct Trade {
-    /// Seconds, as [`shares`] of what all have had.
+    /// Seconds, as [`SHARES`] of what all have had.
     pub times: [f64; 3],
     /// One for each variant.
     pub points: Vec<Point>,
@@ -127,7 +121,7 @@ pub fn trade(tracks: &[Track], variants: usize) -> Option<Trade> {
         return None;
     }
     let standing = |share| at_time(tracks, variants, share * end, METRIC);
-    let compared = shares().map(standing);
+    let compared = SHARES.map(standing);
     let standings: Vec<Standing> = checkpoints().map(standing).collect();
     let points = (0..variants).map(|v| Point {
         ratios: compared.each_ref().map(|s| to_first(s, v)),
@@ -135,7 +129,7 @@ pub fn trade(tracks: &[Track], variants: usize) -> Option<Trade> {
         on_front: standings.iter().any(|s| place(s, v) == Place::Least),
     });
     Some(Trade {
-        times: shares().map(|share| share * end),
+        times: SHARES.map(|share| share * end),
         points: points.collect(),
     })
 }

@@ -4,7 +4,7 @@ use super::plot::{Axis, Line, Plot};
 use super::{coverage, escape, interval, number, scene};
 use crate::bench::standing::{self, of};
 use crate::bench::statistics::{Estimate, median};
-use crate::bench::trade::{METRIC, Overall, Place, Trade, overall, shares};
+use crate::bench::trade::{METRIC, Overall, Place, SHARES, Trade, overall};
 use crate::bench::{Results, SceneResults};
 use std::fmt::Write;
 
@@ -14,7 +14,7 @@ pub fn summary(page: &mut String, results: &Results, labels: &[&str]) {
     let scenes: Vec<&Trade> = scenes.collect();
     let rows = overall(&scenes, labels.len());
     *page += "<h2>What a setting buys</h2>\n<div class=\"wide\"><table>\n";
-    heads(page, &shares().map(percent));
+    heads(page, &SHARES.map(percent));
     *page += "</tr>\n";
     for (label, row) in labels.iter().zip(&rows) {
         let _ = write!(page, "<tr><td>{}</td>", escape(label));
@@ -42,7 +42,7 @@ pub fn summary(page: &mut String, results: &Results, labels: &[&str]) {
         return;
     }
     *page += "<ul>\n";
-    for (k, share) in shares().into_iter().enumerate() {
+    for (k, share) in SHARES.into_iter().enumerate() {
         let words = words(labels, &rows, k, scenes.len());
         let _ = writeln!(
             page,
