@@ -6,6 +6,7 @@
 //! | [`mod@reference`] | the image that is taken for the truth |
 //! | [`mod@race`] | variants side by side, one iteration at a time |
 //! | [`ablation`] | culling, evaluation and radius by themselves |
+//! | [`trade`] | one setting at a time: what it buys, and the front of error against time |
 //! | [`statistics`], [`standing`] | medians, intervals, and who is ahead |
 //! | [`about`] | device, driver, commit, command line |
 //! | [`data`], [`report`] | for machines and for people |
@@ -19,6 +20,7 @@ pub mod reference;
 pub mod report;
 pub mod standing;
 pub mod statistics;
+pub mod trade;
 
 use crate::gpu::Gpu;
 use crate::image::Rgb;
@@ -33,6 +35,7 @@ use race::{Course, End, Track, race};
 use reference::Reference;
 use std::path::Path;
 use std::time::{Duration, Instant};
+use trade::Trade;
 
 /// Everything that was measured.
 pub struct Results {
@@ -57,7 +60,9 @@ pub struct SceneResults {
     pub tracks: Vec<Track>,
     /// Of each variant's last images.
     pub splits: Vec<Option<Split>>,
-    pub ablation: Option<Ablation>,
+    /// Of each seed.
+    pub ablations: Vec<Ablation>,
+    pub trade: Option<Trade>,
 }
 
 /// What every measurement needs.
@@ -143,8 +148,8 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
         .variants
         .iter()
         .map(|v| Variant {
-            label: v.label.clone(),
             settings: sized(&v.settings),
+            ..v.clone()
         })
         .collect();
     let course = Course {
@@ -166,7 +171,7 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
         tracks.extend(raced);
     }
     let splits = split_and_drop(&mut tracks, variants.len(), &reference.image);
-    let mut ablation = None;
+    let mut ablations = Vec::new();
     if let Some(base) = &plan.ablation
         && !stop()
     {
@@ -175,8 +180,15 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
             Budget::Iterations(_) => statistics::median(tracks.iter().map(Track::total_seconds)),
         };
         say("culling, evaluation and radii by themselves");
-        ablation = Some(ablation::measure(&course, &sized(base), seconds));
+        let seconds = seconds / plan.seeds as f64;
+        for seed in (0..plan.seeds).take_while(|_| !stop()) {
+            ablations.push(ablation::measure(&course, &sized(base), seed, seconds));
+        }
     }
+    let trade = match plan.trade {
+        true => trade::trade(&tracks, variants.len()),
+        false => None,
+    };
     Ok(SceneResults {
         name,
         scene_hash: scene.hash,
@@ -186,7 +198,8 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
         reference,
         tracks,
         splits,
-        ablation,
+        ablations,
+        trade,
     })
 }
 
@@ -214,17 +227,8 @@ fn find_reference(
 ) -> Result<([u32; 2], Reference)> {
     if let Some(file) = reference::file(plan, path)? {
         let found = reference::read(&file)?;
-        let [width, height] = found.image.size;
-        return match plan.size {
-            Some(size) if size != found.image.size => {
-                let fault = format!(
-                    "is {width} x {height} pixels, not the {} x {} of --size",
-                    size[0], size[1]
-                );
-                Err(Error::image(&file, fault))
-            }
-            _ => Ok((found.image.size, found)),
-        };
+        let size = plan.size.unwrap_or(found.image.size);
+        return Ok((size, reference::at_size(found, size, &file)?));
     }
     let size = plan.size.unwrap_or(SIZE);
     // What all variants share decides the expected image.

@@ -184,6 +184,11 @@ impl Renderer {
         self.iterations
     }
 
+    /// Light paths of each iteration.
+    pub fn photons_per_iteration(&self) -> u32 {
+        self.engine.frame_data.paths
+    }
+
     /// Light paths since the start of this process.
     pub fn photons_emitted(&self) -> u64 {
         self.engine.ledger.emitted

@@ -10,6 +10,9 @@ use clap::ValueEnum;
 /// The longest image edge (px) that can be asked for.
 pub const MAX_EDGE: u32 = 16384;
 
+/// The most light paths per iteration that can be asked for.
+pub const MAX_PHOTONS: u32 = 1 << 30;
+
 /// How a scene is rendered. `None` means: chosen from the scene and the device.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Settings {
@@ -31,7 +34,7 @@ pub struct Settings {
     pub caustic_radius: Option<Length>,
 
     /// Light paths per iteration [default: from the image size and the device]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_PHOTONS)))]
     pub photons: Option<u32>,
 
     /// Seed of the random numbers; the same seed gives the same photons

@@ -41,6 +41,7 @@ fn usage_errors_name_the_option_and_the_range() {
         ("--target-error", "0", "0.05"),
         ("--target-error", "1", "0.05"),
         ("--target-error", "nan", "0.05"),
+        ("--quality", "best", "draft, normal, final"),
         ("--seed", "-1", "invalid"),
         ("--max-depth", "0", "1.."),
         ("--trace", "psychic", "software"),
@@ -199,6 +200,27 @@ fn a_resumed_render_is_the_whole_render() {
     let stderr = fails(&[&args[..], &["--quiet"]].concat(), 1);
     assert!(stderr.contains("half.exr"), "{stderr}");
     assert!(stderr.contains("size 32x24, now 8x8"), "{stderr}");
+}
+
+/// A word says when to stop, unless a number does.
+#[test]
+fn qualities_stop_by_themselves() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = write_scene(dir.path());
+    let image = dir.path().join("image.exr");
+    let render = |args: &[&str]| {
+        let common = ["render", &scene, "-o", image.to_str().unwrap()];
+        let output = lightfall(&[&common[..], &SMALL, args].concat());
+        assert_eq!(output.status.code(), Some(0), "{args:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let draft = render(&["--quality", "draft"]);
+    assert!(draft.contains("target of 25 % reached"), "{draft}");
+    let two = render(&["--quality", "final", "--iterations", "2"]);
+    assert!(
+        two.contains(": 2 iterations") && !two.contains("target"),
+        "{two}"
+    );
 }
 
 #[cfg(unix)]

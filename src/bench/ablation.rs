@@ -1,10 +1,10 @@
 //! What culling, stochastic evaluation and the radius do by themselves (Kern, Brüll & Grosch 2023, table 4 and figure 10).
 
-use super::plan::Variant;
+use super::plan::{Factors, Variant};
 use super::race::{Course, End, Track, race};
-use crate::settings::{Evaluate, Length, Settings, Switch};
+use crate::settings::{Evaluate, Settings, Switch};
 
-/// Of one scene.
+/// Of one scene with one seed.
 pub struct Ablation {
     /// Neither, culling, stochastic evaluation, both.
     pub variants: Vec<Variant>,
@@ -28,7 +28,7 @@ pub const FACTORS: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 const LEAST: u64 = 4;
 
 /// Measures for about `seconds` each: the four combinations, then the radii.
-pub fn measure(course: &Course, base: &Settings, seconds: f64) -> Ablation {
+pub fn measure(course: &Course, base: &Settings, seed: u64, seconds: f64) -> Ablation {
     let end = End::Rounds {
         seconds,
         least: LEAST,
@@ -47,11 +47,12 @@ pub fn measure(course: &Course, base: &Settings, seconds: f64) -> Ablation {
             evaluate,
             ..base.clone()
         },
+        factors: Factors::NONE,
     })
     .collect();
-    let tracks = race(course, &variants, 0, &end);
+    let tracks = race(course, &variants, seed, &end);
     let sweep = match tracks.first() {
-        Some(track) if track.failure.is_none() => sweep(course, base, track, &end),
+        Some(track) if track.failure.is_none() => sweep(course, base, seed, &end),
         _ => Vec::new(),
     };
     let mut ablation = Ablation {
@@ -72,17 +73,19 @@ pub fn measure(course: &Course, base: &Settings, seconds: f64) -> Ablation {
     ablation
 }
 
-fn sweep(course: &Course, base: &Settings, track: &Track, end: &End) -> Vec<SweepPoint> {
+fn sweep(course: &Course, base: &Settings, seed: u64, end: &End) -> Vec<SweepPoint> {
     let variant = |factor: f64, evaluate| Variant {
         label: format!("radius × {factor}"),
         settings: Settings {
-            radius: Some(Length::World(track.radii.global * factor as f32)),
-            caustic_radius: Some(Length::World(track.radii.caustic * factor as f32)),
             // As good as 1: the radius stays.
             alpha: 0.999_999,
             cull: Switch::Off,
             evaluate,
             ..base.clone()
+        },
+        factors: Factors {
+            radii: factor,
+            ..Factors::NONE
         },
     };
     let both = |factor| {
@@ -92,7 +95,7 @@ fn sweep(course: &Course, base: &Settings, track: &Track, end: &End) -> Vec<Swee
         ]
     };
     let variants: Vec<Variant> = FACTORS.into_iter().flat_map(both).collect();
-    let mut tracks = race(course, &variants, 0, end).into_iter();
+    let mut tracks = race(course, &variants, seed, end).into_iter();
     let mut points = Vec::new();
     for factor in FACTORS {
         if let (Some(full), Some(stochastic)) = (tracks.next(), tracks.next()) {

@@ -4,6 +4,7 @@ use super::ablation::Ablation;
 use super::race::{METRICS, Track};
 use super::standing::{Equal, Standing, decay, standings};
 use super::statistics::{Estimate, median};
+use super::trade::{METRIC, Place, SHARES, Trade, overall};
 use super::{Results, SceneResults};
 use crate::metrics::Metric;
 use serde_json::{Map, Value, json};
@@ -23,8 +24,45 @@ pub fn json(results: &Results) -> Value {
         "techniques": variants.collect::<Vec<_>>(),
         "interrupted": results.interrupted,
         "failures": results.failures.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "trade": plan.trade.then(|| over_scenes(results)),
         "scenes": results.scenes.iter().map(|s| scene(s, plan.variants.len())).collect::<Vec<_>>(),
     })
+}
+
+/// What each setting does over all scenes.
+fn over_scenes(results: &Results) -> Value {
+    let scenes: Vec<&Trade> = results
+        .scenes
+        .iter()
+        .filter_map(|s| s.trade.as_ref())
+        .collect();
+    let rows = overall(&scenes, results.plan.variants.len());
+    let points = rows.iter().enumerate().map(|(v, row)| {
+        json!({
+            "technique": v,
+            "error_over_first": row.ratios.map(estimate),
+            "scenes_where_least": row.least,
+            "scenes_where_tied": row.tied,
+        })
+    });
+    json!({
+        "compared": METRIC.name(),
+        "at_shares_of_the_time": SHARES,
+        "scenes": scenes.len(),
+        "points": points.collect::<Vec<_>>(),
+    })
+}
+
+fn trade(trade: &Trade) -> Value {
+    let points = trade.points.iter().enumerate().map(|(v, point)| {
+        json!({
+            "technique": v,
+            "error_over_first": point.ratios.map(estimate),
+            "places": point.places.map(Place::name),
+            "on_front": point.on_front,
+        })
+    });
+    json!({"at_seconds": trade.times, "points": points.collect::<Vec<_>>()})
 }
 
 fn scene(scene: &SceneResults, variants: usize) -> Value {
@@ -52,7 +90,8 @@ fn scene(scene: &SceneResults, variants: usize) -> Value {
         "standings": standings(&scene.tracks, variants).iter().map(standing).collect::<Vec<_>>(),
         "summary": summary.collect::<Vec<_>>(),
         "runs": scene.tracks.iter().map(track).collect::<Vec<_>>(),
-        "ablation": scene.ablation.as_ref().map(ablation),
+        "ablations": scene.ablations.iter().map(ablation).collect::<Vec<_>>(),
+        "trade": scene.trade.as_ref().map(trade),
     })
 }
 

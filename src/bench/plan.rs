@@ -21,8 +21,10 @@ pub struct Plan {
     pub cache: PathBuf,
     /// Of all images; a reference file's own where `None`.
     pub size: Option<[u32; 2]>,
-    /// Settings on top of which culling, evaluation and radii are measured one by one.
+    /// Settings on top of which culling, evaluation and radii are measured one by one; nothing where `None`.
     pub ablation: Option<Settings>,
+    /// The variants are points around the first, and the report says what each buys.
+    pub trade: bool,
 }
 
 /// A technique with settings.
@@ -31,6 +33,26 @@ pub struct Variant {
     /// As the user wrote it.
     pub label: String,
     pub settings: Settings,
+    pub factors: Factors,
+}
+
+/// Times what the settings alone would make the renderer choose for a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factors {
+    /// Light paths per iteration.
+    pub photons: f64,
+    /// First radii of both maps.
+    pub radii: f64,
+    /// Width and height of the image, which is brought to the reference's size before it is measured.
+    pub edges: f64,
+}
+
+impl Factors {
+    pub const NONE: Self = Self {
+        photons: 1.0,
+        radii: 1.0,
+        edges: 1.0,
+    };
 }
 
 /// How much each technique gets for each seed.
@@ -130,7 +152,11 @@ pub fn variants(list: &str, common: &str) -> Result<Vec<Variant>> {
                 fault,
             });
         }
-        variants.push(Variant { label, settings });
+        variants.push(Variant {
+            label,
+            settings,
+            factors: Factors::NONE,
+        });
     }
     Ok(variants)
 }

@@ -1,14 +1,13 @@
 //! Techniques side by side on one device: whatever else the machine does hits all of them alike.
 
-use super::plan::{Budget, Variant, checkpoints};
+use super::plan::{Budget, Factors, Variant, checkpoints};
 use super::{Progress, Session};
 use crate::Result;
-use crate::gpu::Gpu;
-use crate::image::{Picture, Rgb};
+use crate::image::{Picture, Rgb, resample};
 use crate::metrics::{Metric, Pair};
 use crate::render::{Radii, Renderer};
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::{Length, MAX_PHOTONS, Settings};
 
 /// What is measured at every checkpoint. FLIP takes long and is left for the end.
 pub const METRICS: [Metric; 5] = [
@@ -90,7 +89,7 @@ pub fn race(course: &Course, variants: &[Variant], seed: u64, end: &End) -> Vec<
     let mut runners: Vec<Runner> = variants
         .iter()
         .enumerate()
-        .map(|(i, variant)| Runner::start(course, i, &variant.settings, seed))
+        .map(|(i, variant)| Runner::start(course, i, variant, seed))
         .collect();
     let mut progress = Progress::start();
     while !(course.session.stop)() {
@@ -145,15 +144,15 @@ struct Runner {
 }
 
 impl Runner {
-    fn start(course: &Course, variant: usize, settings: &Settings, seed: u64) -> Self {
+    fn start(course: &Course, index: usize, variant: &Variant, seed: u64) -> Self {
         let settings = Settings {
             seed,
-            ..settings.clone()
+            ..variant.settings.clone()
         };
         let mut runner = Self {
             renderer: None,
             track: Track {
-                variant,
+                variant: index,
                 seed,
                 radii: Radii {
                     global: 0.0,
@@ -175,7 +174,7 @@ impl Runner {
             due: checkpoints().collect(),
         };
         runner.due.reverse();
-        match warm(course.session.gpu, course.scene, &settings) {
+        match warm(course, settings, variant.factors) {
             Ok(renderer) => {
                 runner.track.radii = renderer.radii();
                 runner.renderer = Some(renderer);
@@ -236,7 +235,10 @@ impl Runner {
         if iterations == 0 || last.is_some_and(|c| c.iterations == iterations) {
             return;
         }
-        let measured = renderer.picture().map(beauty).and_then(|image| {
+        let measured = renderer.picture().map(beauty).and_then(|mut image| {
+            if image.size != course.reference.size {
+                image = resample(&image, course.reference.size);
+            }
             let pair = Pair::new(&image, course.reference)
                 .map_err(|fault| crate::Error::image("--reference".as_ref(), fault))?;
             Ok((METRICS.map(|metric| pair.measure(metric).value), image))
@@ -278,8 +280,25 @@ impl Runner {
 }
 
 /// A renderer whose first iteration is as fast as its others.
-fn warm(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Result<Renderer> {
-    let mut renderer = Renderer::new(gpu, scene, settings)?;
+fn warm(course: &Course, mut settings: Settings, factors: Factors) -> Result<Renderer> {
+    if factors.edges != 1.0 {
+        let scaled = |edge: u32| (f64::from(edge) * factors.edges).round().max(1.0) as u32;
+        settings.size = Some(course.reference.size.map(scaled));
+    }
+    let gpu = course.session.gpu;
+    let mut renderer = Renderer::new(gpu, course.scene, &settings)?;
+    if factors.radii != 1.0 {
+        let radii = renderer.radii();
+        let length = |radius: f32| Length::World((f64::from(radius) * factors.radii) as f32);
+        settings.radius = Some(length(radii.global));
+        settings.caustic_radius = Some(length(radii.caustic));
+        renderer = Renderer::new(gpu, course.scene, &settings)?;
+    }
+    if factors.photons != 1.0 {
+        let photons = f64::from(renderer.photons_per_iteration()) * factors.photons;
+        settings.photons = Some(photons.round().clamp(1.0, MAX_PHOTONS.into()) as u32);
+        renderer = Renderer::new(gpu, course.scene, &settings)?;
+    }
     for _ in 0..WARM_UP {
         renderer.iterate()?;
     }

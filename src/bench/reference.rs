@@ -4,7 +4,7 @@ use super::plan::{Budget, Plan};
 use super::race::beauty;
 use super::{Progress, Session};
 use crate::image::{
-    Display, Exposure, Layer, Rgb, Tone, luminance, read_layer, read_picture, write,
+    Display, Exposure, Layer, Rgb, Tone, luminance, read_layer, read_picture, reduce, write,
 };
 use crate::metrics::weight;
 use crate::render::Renderer;
@@ -70,6 +70,31 @@ pub fn read(path: &Path) -> Result<Reference> {
         image,
         own_error,
         origin: format!("the file {}", path.display()),
+    })
+}
+
+/// The reference at the size of the images under test, if its pixels are whole blocks of that.
+///
+/// # Errors
+/// They are not.
+pub fn at_size(reference: Reference, size: [u32; 2], path: &Path) -> Result<Reference> {
+    let [width, height] = reference.image.size;
+    let factor = width / size[0];
+    if size.map(|edge| edge.checked_mul(factor)) != [Some(width), Some(height)] {
+        let fault = format!(
+            "is {width} x {height} pixels, which is no multiple of the {} x {} of --size",
+            size[0], size[1]
+        );
+        return Err(Error::image(path, fault));
+    }
+    Ok(match factor {
+        1 => reference,
+        _ => Reference {
+            image: reduce(&reference.image, factor),
+            // Of means of as many pixels, whose noise is independent.
+            own_error: reference.own_error.map(|e| e / f64::from(factor * factor)),
+            origin: format!("{}, {width} × {height} pixels averaged", reference.origin),
+        },
     })
 }
 

@@ -5,6 +5,7 @@ mod bars;
 mod pictures;
 mod plot;
 mod scene;
+mod trade;
 
 use super::Results;
 use super::reference::{DARKER, NOISIER, TRIAL, UNBIASED};
@@ -43,10 +44,17 @@ pub fn html(results: &Results) -> Result<String> {
             escape(&failure.to_string())
         );
     }
-    summary(&mut page, results, &labels);
+    if results.plan.trade {
+        trade::summary(&mut page, results, &labels);
+    } else {
+        summary(&mut page, results, &labels);
+    }
     about(&mut page, results);
     for scene in &results.scenes {
-        scene::section(&mut page, results, scene, &labels)?;
+        match &scene.trade {
+            Some(found) => trade::section(&mut page, scene, found, &labels),
+            None => scene::section(&mut page, results, scene, &labels)?,
+        }
     }
     page += "</body>\n</html>\n";
     Ok(page)

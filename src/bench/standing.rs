@@ -72,26 +72,36 @@ pub fn standings(tracks: &[Track], variants: usize) -> Vec<Standing> {
         (Equal::Iterations(iterations), Metric::RelMse),
         (Equal::Error(error), Metric::RelMse),
     ] {
-        let rows = measured.iter().map(|&variant| {
-            let values = of(tracks, variant).map(|t| value(t, equal, metric));
-            let values: Vec<f64> = values.collect();
-            let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-            Row {
-                variant,
-                estimate: median_of(&known),
-                values,
-            }
-        });
-        standings.push(Standing {
-            equal,
-            metric,
-            rows: rows.collect(),
-        });
+        standings.push(compare(tracks, &measured, equal, metric));
     }
     if measured.is_empty() {
         Vec::new()
     } else {
         standings
+    }
+}
+
+/// All variants after the same time.
+pub fn at_time(tracks: &[Track], variants: usize, seconds: f64, metric: Metric) -> Standing {
+    let all: Vec<usize> = (0..variants).collect();
+    compare(tracks, &all, Equal::Time(seconds), metric)
+}
+
+fn compare(tracks: &[Track], variants: &[usize], equal: Equal, metric: Metric) -> Standing {
+    let rows = variants.iter().map(|&variant| {
+        let values = of(tracks, variant).map(|t| value(t, equal, metric));
+        let values: Vec<f64> = values.collect();
+        let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        Row {
+            variant,
+            estimate: median_of(&known),
+            values,
+        }
+    });
+    Standing {
+        equal,
+        metric,
+        rows: rows.collect(),
     }
 }
 
@@ -187,16 +197,20 @@ impl Standing {
         alone.then_some(verdict.best)
     }
 
+    /// The least value, of which others need not be told.
+    pub fn best(&self) -> Option<&Row> {
+        let by_value = |a: &&Row, b: &&Row| a.estimate.value.total_cmp(&b.estimate.value);
+        self.known().min_by(by_value)
+    }
+
+    fn known(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|r| r.estimate.value.is_finite())
+    }
+
     /// `None` where there is nobody to compare with.
     pub fn verdict(&self) -> Option<Verdict> {
-        let known = |r: &&Row| r.estimate.value.is_finite();
-        let by_value = |a: &&Row, b: &&Row| a.estimate.value.total_cmp(&b.estimate.value);
-        let best = self.rows.iter().filter(known).min_by(by_value)?;
-        let others = self
-            .rows
-            .iter()
-            .filter(known)
-            .filter(|r| r.variant != best.variant);
+        let best = self.best()?;
+        let others = self.known().filter(|r| r.variant != best.variant);
         let mut others: Vec<(usize, Estimate)> = others
             .map(|other| {
                 let pairs = other.values.iter().zip(&best.values).map(|(o, b)| [*o, *b]);

@@ -1,5 +1,6 @@
 //! What can be typed. Ranges are checked here; clap prints the fault and exits with 2.
 
+use super::quality::Quality;
 use crate::{
     bench::plan::Budget,
     image::{Display, Format},
@@ -27,7 +28,7 @@ pub struct Cli {
 pub enum Command {
     /// Render a glTF scene to EXR and PNG images
     ///
-    /// Stops after 60 s unless --iterations, --time or --target-error says otherwise; at whichever comes first. Ctrl-C finishes the iteration
+    /// Stops after 60 s unless --quality, --iterations, --time or --target-error says otherwise; at whichever comes first. Ctrl-C finishes the iteration
     /// and writes the image so far; a second Ctrl-C ends at once without an image.
     Render(Box<RenderArgs>),
     /// Measure techniques side by side: error over time, time of each pass, who is ahead
@@ -57,8 +58,14 @@ pub struct BenchArgs {
     pub scenes: Vec<PathBuf>,
 
     /// Techniques, each with settings of its own where wanted: rtpm,rtpm:cull=off,evaluate=stochastic
-    #[arg(long, value_name = "LIST", default_value = "all")]
-    pub techniques: String,
+    /// [default: all; with --trade: auto]
+    #[arg(long, value_name = "LIST")]
+    pub techniques: Option<String>,
+
+    /// Measure what a user can trade instead: photons, radii, alpha, evaluation, rejection, culling, path length, image
+    /// size and technique, each by itself around the first of --techniques; further ones of the list are measured as they are
+    #[arg(long)]
+    pub trade: bool,
 
     /// What each technique gets for each seed: a time (30s, 5m) or iterations (200i)
     #[arg(long, value_name = "TIME|Ni", default_value = "10s", value_parser = parse_budget)]
@@ -156,6 +163,10 @@ pub struct RenderArgs {
     #[arg(short, long = "output", value_name = "FILE", required = true,
           value_parser = PathBufValueParser::new().try_map(image_path))]
     pub outputs: Vec<PathBuf>,
+
+    /// When to stop, unless --iterations, --time or --target-error say
+    #[arg(long, value_enum, default_value_t = Quality::Normal)]
+    pub quality: Quality,
 
     /// Stop at N iterations, those of a resumed image included
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]

@@ -6,9 +6,11 @@ use crate::{
     bench::{
         self, Results, Session, data,
         plan::{Budget, Plan, settings, variants},
-        report,
+        report, trade,
     },
     gpu::{Gpu, OpenOptions},
+    settings::AUTO,
+    technique::TECHNIQUES,
 };
 use std::{
     env, fs,
@@ -73,14 +75,32 @@ fn plan(args: &BenchArgs) -> Result<Plan> {
         .split(',')
         .map(str::trim)
         .filter(|word| !word.is_empty());
-    // The paper's two savings are measured on the paper's technique.
-    let ablation = match args.skip_ablation {
-        true => None,
-        false => Some(settings("rtpm", common)?),
+    let list = match (&args.techniques, args.trade) {
+        (Some(list), _) => list,
+        (None, true) => AUTO,
+        (None, false) => "all",
     };
+    let mut variants = variants(list, &args.set)?;
+    // On the first that gathers photons at all.
+    let gathers =
+        |name: &str| name == AUTO || TECHNIQUES.iter().any(|t| t.name == name && t.photons);
+    let first = variants
+        .iter()
+        .map(|v| &v.settings.technique)
+        .find(|t| gathers(t));
+    let ablation = match first {
+        Some(technique) if !(args.skip_ablation || args.trade) => {
+            Some(settings(technique, common)?)
+        }
+        _ => None,
+    };
+    if args.trade {
+        let points = variants.first().map_or_else(Vec::new, trade::around);
+        variants.splice(1..1, points);
+    }
     Ok(Plan {
         scenes: args.scenes.clone(),
-        variants: variants(&args.techniques, &args.set)?,
+        variants,
         budget: args.budget,
         seeds: args.seeds,
         reference: (args.reference != Path::new("auto")).then(|| args.reference.clone()),
@@ -91,6 +111,7 @@ fn plan(args: &BenchArgs) -> Result<Plan> {
             .unwrap_or_else(|| cache_folder(&args.output)),
         size: args.size,
         ablation,
+        trade: args.trade,
     })
 }
 

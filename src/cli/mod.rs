@@ -7,6 +7,7 @@ pub mod doctor;
 mod info;
 mod interrupt;
 mod progress;
+mod quality;
 mod render;
 
 pub use args::{BenchArgs, Cli, Command, CompareArgs, RenderArgs};

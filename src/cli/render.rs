@@ -12,10 +12,7 @@ use crate::{
     scene::{self, Scene},
 };
 use serde_json::{Map, Value, json};
-use std::{io::Write, time::Duration};
-
-/// When nothing else says when to stop; the help names it.
-const DEFAULT_TIME: Duration = Duration::from_secs(60);
+use std::io::Write;
 
 /// Renders until the limit or an interrupt and writes all outputs.
 pub fn run(args: &RenderArgs) -> Result<Outcome> {
@@ -59,14 +56,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
 
     // Only now: until here there is no image to save, and Ctrl-C may end the program as usual.
     interrupt::watch(args.quiet)?;
-    let limit = Limit {
-        iterations: args.iterations,
-        time: match (args.iterations, args.target_error) {
-            (None, None) => args.time.or(Some(DEFAULT_TIME)),
-            _ => args.time,
-        },
-        error: args.target_error,
-    };
+    let limit = limit(args);
     if args.iterations.is_some_and(|n| n <= renderer.iterations()) {
         let done = renderer.iterations();
         say(
@@ -88,7 +78,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
     let status = progress.status(&renderer)?;
     let before = resumed.map_or(0.0, |picture| picture.metadata.seconds);
     save(args, &renderer, before + status.elapsed.as_secs_f64())?;
-    report(args, &scene, &renderer, &status, interrupted);
+    report(args, &scene, &renderer, &status, limit.error, interrupted);
 
     let messages = gpu.validation_messages();
     for message in &messages {
@@ -108,6 +98,19 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
     } else {
         Outcome::Done
     })
+}
+
+/// As asked for by number, else in a word.
+fn limit(args: &RenderArgs) -> Limit {
+    let asked = Limit {
+        iterations: args.iterations,
+        time: args.time,
+        error: args.target_error,
+    };
+    match (asked.iterations, asked.time, asked.error) {
+        (None, None, None) => args.quality.limit(),
+        _ => asked,
+    }
 }
 
 /// The renderer sees a scene and a picture, but not where they came from: the user shall.
@@ -148,6 +151,7 @@ fn report(
     scene: &Scene,
     renderer: &Renderer,
     status: &Status,
+    target: Option<f64>,
     interrupted: bool,
 ) {
     let timings = if args.timings {
@@ -167,7 +171,7 @@ fn report(
         "done in"
     };
     say(args, &format!("{verb} {seconds:.1} s: {}", status.text()));
-    if let Some(target) = args.target_error {
+    if let Some(target) = target {
         let bound = 100.0 * status.accuracy.error_95;
         let is = if status.accuracy.error_95 <= target {
             "reached"

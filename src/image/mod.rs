@@ -4,11 +4,13 @@ mod display;
 mod exr;
 mod file;
 mod png;
+mod resize;
 
 pub use display::{Display, Exposure, Tone, auto_exposure, neutral, srgb};
 pub use exr::{read_layer, read_picture, read_rgb};
 pub use file::check_output;
 pub use png::{develop, encode_rgb8, write_rgb8};
+pub use resize::{reduce, resample};
 
 use crate::{Error, Result};
 use std::path::Path;

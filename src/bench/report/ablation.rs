@@ -2,15 +2,15 @@
 
 use super::plot::{Axis, Line, Plot};
 use super::scene::write_iteration_times;
-use super::{escape, interval, number};
+use super::{coverage, escape, interval, number};
 use crate::bench::Results;
-use crate::bench::ablation::Ablation;
+use crate::bench::ablation::{Ablation, FACTORS, SweepPoint};
 use crate::bench::data::windows;
-use crate::bench::race::Track;
-use crate::bench::statistics::{median, ratio_of_medians};
+use crate::bench::race::{Photons, Track};
+use crate::bench::statistics::{median, median_of, ratio_of_medians};
 use std::fmt::Write;
 
-pub fn section(page: &mut String, ablation: &Ablation, results: &Results) {
+pub fn section(page: &mut String, ablations: &[Ablation], results: &Results) {
     let technique = results
         .plan
         .ablation
@@ -21,29 +21,48 @@ pub fn section(page: &mut String, ablation: &Ablation, results: &Results) {
         "<h3>Culling and stochastic evaluation ({})</h3>",
         escape(technique)
     );
-    combinations(page, ablation);
-    stored(page, ablation);
+    combinations(page, ablations, results.plan.seeds);
+    stored(page, ablations);
     *page += "<div class=\"plots\">\n";
-    over_iterations(page, ablation);
+    over_iterations(page, ablations);
     over_radius(
         page,
-        ablation,
+        ablations,
         "Time over the radius",
         "ms per iteration",
         &|t| 1e3 * median(t.seconds.iter().copied()),
     );
-    over_radius(page, ablation, "Error over the radius", "relMSE", &|t| {
-        t.checkpoints.last().map_or(f64::NAN, |c| c.errors[0])
-    });
+    over_radius(
+        page,
+        ablations,
+        "Error over the radius",
+        "relMSE",
+        &last_error,
+    );
     *page += "</div>\n";
 }
 
-fn combinations(page: &mut String, ablation: &Ablation) {
+fn last_error(track: &Track) -> f64 {
+    track.checkpoints.last().map_or(f64::NAN, |c| c.errors[0])
+}
+
+/// A combination's tracks, seed by seed.
+fn tracks(ablations: &[Ablation], variant: usize) -> impl Iterator<Item = &Track> {
+    ablations.iter().filter_map(move |a| a.tracks.get(variant))
+}
+
+fn combinations(page: &mut String, ablations: &[Ablation], seeds: u64) {
     *page += "<div class=\"wide\"><table>\n<tr><th></th><th>ms per iteration</th><th>speedup</th><th>iterations</th><th>relMSE at the end</th></tr>\n";
-    let neither = ablation.tracks.first().map_or(&[][..], |t| &t.seconds);
-    for (variant, track) in ablation.variants.iter().zip(&ablation.tracks) {
+    let times = |v| -> Vec<f64> {
+        tracks(ablations, v)
+            .flat_map(|t| t.seconds.clone())
+            .collect()
+    };
+    let neither = times(0);
+    let variants = ablations.first().map_or(&[][..], |a| &a.variants);
+    for (v, variant) in variants.iter().enumerate() {
         let label = escape(&variant.label);
-        if let Some(fault) = &track.failure {
+        if let Some(fault) = tracks(ablations, v).find_map(|t| t.failure.as_ref()) {
             let _ = writeln!(
                 page,
                 "<tr><td>{label}</td><td colspan=\"4\">{}</td></tr>",
@@ -51,43 +70,53 @@ fn combinations(page: &mut String, ablation: &Ablation) {
             );
             continue;
         }
-        let speedup = ratio_of_medians(neither, &track.seconds);
+        let seconds = times(v);
+        let speedup = ratio_of_medians(&neither, &seconds);
+        let errors: Vec<f64> = tracks(ablations, v).map(last_error).collect();
+        let error = median_of(&errors);
         let _ = writeln!(
             page,
-            "<tr><td>{label}</td><td>{}</td><td>{}<small>{}</small></td><td>{}</td><td>{}</td></tr>",
-            number(1e3 * median(track.seconds.iter().copied())),
+            "<tr><td>{label}</td><td>{}</td><td>{}<small>{}</small></td><td>{}</td><td>{}<small>{}</small></td></tr>",
+            number(1e3 * median(seconds.iter().copied())),
             number(speedup.value),
             interval(&speedup),
-            track.iterations(),
-            number(track.checkpoints.last().map_or(f64::NAN, |c| c.errors[0])),
+            seconds.len(),
+            number(error.value),
+            interval(&error),
         );
     }
-    *page += "</table></div>\n<p>One seed, iteration by iteration side by side; intervals over runs of iterations. Stochastic evaluation keeps \
-              a few of the photons found, so it buys time with noise: compare both columns.</p>\n";
+    let _ = writeln!(
+        page,
+        "</table></div>\n<p>Iteration by iteration side by side, all seeds together: speedups have intervals over runs of iterations, errors over \
+         seeds. {} Stochastic evaluation keeps a few of the photons found, so it buys time with noise: compare both columns.</p>",
+        coverage(seeds)
+    );
 }
 
-fn stored(page: &mut String, ablation: &Ablation) {
-    let (Some(without), Some(with)) = (ablation.tracks.first(), ablation.tracks.get(1)) else {
-        return;
-    };
-    let mean = |track: &Track, count: u64| number(count as f64 / track.iterations().max(1) as f64);
+fn stored(page: &mut String, ablations: &[Ablation]) {
     *page += "<h3>Photons of an iteration</h3>\n<div class=\"wide\"><table>\n<tr><th></th><th>emitted</th><th>stored, caustic</th><th>stored, global</th></tr>\n";
-    for (label, track) in [("without culling", without), ("with culling", with)] {
-        let photons = track.photons;
+    for (label, v) in [("without culling", 0), ("with culling", 1)] {
+        let iterations: u64 = tracks(ablations, v).map(Track::iterations).sum();
+        let mean = |count: fn(&Photons) -> u64| {
+            let sum: u64 = tracks(ablations, v).map(|t| count(&t.photons)).sum();
+            number(sum as f64 / iterations.max(1) as f64)
+        };
         let _ = writeln!(
             page,
             "<tr><td>{label}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            mean(track, photons.emitted),
-            mean(track, photons.stored_caustic),
-            mean(track, photons.stored_global)
+            mean(|p| p.emitted),
+            mean(|p| p.stored_caustic),
+            mean(|p| p.stored_global)
         );
     }
     *page += "</table></div>\n";
 }
 
-fn over_iterations(page: &mut String, ablation: &Ablation) {
-    let pairs = ablation.variants.iter().zip(&ablation.tracks).enumerate();
-    let lines = pairs.map(|(index, (variant, track))| Line {
+/// Of the first seed.
+fn over_iterations(page: &mut String, ablations: &[Ablation]) {
+    let first = ablations.iter().take(1);
+    let pairs = first.flat_map(|a| a.variants.iter().zip(&a.tracks));
+    let lines = pairs.enumerate().map(|(index, (variant, track))| Line {
         label: variant.label.clone(),
         index,
         points: windows(&track.seconds).map(|(i, s)| [i, 1e3 * s]).collect(),
@@ -96,31 +125,33 @@ fn over_iterations(page: &mut String, ablation: &Ablation) {
     write_iteration_times(page, lines.collect());
 }
 
+/// Medians over the seeds.
 fn over_radius(
     page: &mut String,
-    ablation: &Ablation,
+    ablations: &[Ablation],
     title: &str,
     what: &str,
     of: &dyn Fn(&Track) -> f64,
 ) {
-    type Side = fn(&crate::bench::ablation::SweepPoint) -> &Track;
+    type Side = fn(&SweepPoint) -> &Track;
     let sides: [(&str, Side); 2] = [
         ("full evaluation", |p| &p.full),
         ("stochastic evaluation", |p| &p.stochastic),
     ];
-    let lines = sides
-        .into_iter()
-        .enumerate()
-        .map(|(index, (label, side))| Line {
-            label: label.into(),
-            index,
-            points: ablation
-                .sweep
-                .iter()
-                .map(|p| [f64::from(side(p).radii.global), of(side(p))])
-                .collect(),
-            band: Vec::new(),
-        });
+    let point = |i: usize, side: Side| {
+        let tracks = || ablations.iter().filter_map(|a| a.sweep.get(i)).map(side);
+        [
+            median(tracks().map(|t| f64::from(t.radii.global))),
+            median(tracks().map(of)),
+        ]
+    };
+    let lines = sides.into_iter().enumerate();
+    let lines = lines.map(|(index, (label, side))| Line {
+        label: label.into(),
+        index,
+        points: (0..FACTORS.len()).map(|i| point(i, side)).collect(),
+        band: Vec::new(),
+    });
     let plot = Plot {
         x: Axis {
             label: "radius of the global map (m), constant".into(),

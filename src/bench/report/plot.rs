@@ -32,6 +32,7 @@ pub struct Axis {
 }
 
 pub struct Line {
+    /// None where empty: a line among others that go unnamed, thin and without dots.
     pub label: String,
     /// Which colour.
     pub index: usize,
@@ -149,7 +150,7 @@ impl Plot {
             self.line(&mut svg, line, &x, &y);
         }
         svg += "</svg>\n<figcaption>";
-        for line in &self.lines {
+        for line in self.lines.iter().filter(|l| !l.label.is_empty()) {
             let (color, dash) = style(line.index);
             let _ = write!(
                 svg,
@@ -211,12 +212,14 @@ impl Plot {
         if points.is_empty() {
             return;
         }
+        let named = !line.label.is_empty();
+        let class = if named { "line" } else { "line thin" };
         let _ = writeln!(
             svg,
-            "<path class=\"line\" stroke=\"{color}\" stroke-dasharray=\"{dash}\" d=\"M{}\"/>",
+            "<path class=\"{class}\" stroke=\"{color}\" stroke-dasharray=\"{dash}\" d=\"M{}\"/>",
             points.join("L")
         );
-        if points.len() <= 15 {
+        if named && points.len() <= 15 {
             for point in points {
                 let (cx, cy) = point.split_once(' ').unwrap_or_default();
                 let _ = write!(
@@ -284,5 +287,9 @@ mod tests {
         ])]);
         assert_eq!(svg.matches("<circle").count(), 2);
         assert!(svg.contains("x &amp; y") && svg.contains("a &lt; b") && !svg.contains("NaN"));
+        let mut unnamed = line(&[[1.0, 1.0], [2.0, 2.0]]);
+        unnamed.label.clear();
+        let svg = plot(vec![unnamed]);
+        assert!(svg.contains("line thin") && !svg.contains("key") && !svg.contains("<circle"));
     }
 }

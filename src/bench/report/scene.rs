@@ -21,36 +21,7 @@ pub fn section(
     scene: &SceneResults,
     labels: &[&str],
 ) -> Result<()> {
-    let [width, height] = scene.size;
-    let own = scene
-        .reference
-        .own_error
-        .map_or("its own error is not known".into(), |e| {
-            format!(
-                "noise leaves a relMSE of {} in it (bias, if any, is not in that number)",
-                number(e)
-            )
-        });
-    let _ = writeln!(
-        page,
-        "<h2 class=\"scene\">{}</h2>\n<p>{} triangles, {width} × {height} pixels. Reference: {}; {own}.</p>",
-        escape(&scene.name),
-        scene.triangles,
-        escape(&scene.reference.origin)
-    );
-    for warning in &scene.warnings {
-        let _ = writeln!(page, "<p>Warning: {}</p>", escape(warning));
-    }
-    for track in scene.tracks.iter().filter(|t| t.failure.is_some()) {
-        let fault = track.failure.as_deref().unwrap_or_default();
-        let label = labels.get(track.variant).unwrap_or(&"?");
-        let _ = writeln!(
-            page,
-            "<p><strong>{} failed: {}</strong></p>",
-            escape(label),
-            escape(fault)
-        );
-    }
+    head(page, scene, labels);
     let standings = standings(&scene.tracks, labels.len());
     if standings.is_empty() {
         *page += "<p>Nothing was measured.</p>\n";
@@ -97,10 +68,44 @@ pub fn section(
     iteration_times(page, scene, labels);
     passes(page, scene, labels);
     *page += "</div>\n";
-    if let Some(found) = &scene.ablation {
-        ablation::section(page, found, results);
+    if !scene.ablations.is_empty() {
+        ablation::section(page, &scene.ablations, results);
     }
     Ok(())
+}
+
+/// What was measured, and against what.
+pub fn head(page: &mut String, scene: &SceneResults, labels: &[&str]) {
+    let [width, height] = scene.size;
+    let own = scene
+        .reference
+        .own_error
+        .map_or("its own error is not known".into(), |e| {
+            format!(
+                "noise leaves a relMSE of {} in it (bias, if any, is not in that number)",
+                number(e)
+            )
+        });
+    let _ = writeln!(
+        page,
+        "<h2 class=\"scene\">{}</h2>\n<p>{} triangles, {width} × {height} pixels. Reference: {}; {own}.</p>",
+        escape(&scene.name),
+        scene.triangles,
+        escape(&scene.reference.origin)
+    );
+    for warning in &scene.warnings {
+        let _ = writeln!(page, "<p>Warning: {}</p>", escape(warning));
+    }
+    for track in scene.tracks.iter().filter(|t| t.failure.is_some()) {
+        let fault = track.failure.as_deref().unwrap_or_default();
+        let label = labels.get(track.variant).unwrap_or(&"?");
+        let _ = writeln!(
+            page,
+            "<p><strong>{} failed: {}</strong></p>",
+            escape(label),
+            escape(fault)
+        );
+    }
 }
 
 fn numbers(page: &mut String, scene: &SceneResults, labels: &[&str]) {
