@@ -71,9 +71,13 @@ fn tangents_follow_the_image_where_a_normal_map_needs_them() {
         assert!(near(vertex.tangent_w.truncate(), Vec3::NEG_X) && vertex.tangent_w.w == -1.0);
         assert_eq!(vertex.normal_w, Vec3::Z);
     }
-    // Those of the file, where it has them.
+    // Those of the file, where it has them, unless it has no normals.
     document.json["nodes"] = json!([{"mesh": 0}]);
     document.attribute("TANGENT", &[[0., 2., 0., -1.]; 4]);
+    for vertex in &document.load().vertices {
+        assert!(near(vertex.tangent_w.truncate(), Vec3::X), "{vertex:?}");
+    }
+    document.attribute("NORMAL", &[[0., 0., 1.]; 4]);
     for vertex in &document.load().vertices {
         assert_eq!(vertex.tangent_w, Vec4::new(0., 1., 0., -1.));
     }
