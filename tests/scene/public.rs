@@ -55,6 +55,10 @@ fn shared_scenes_load_with_the_numbers_of_their_list() {
             1
         };
         assert!(scene.triangles.len() <= triangles * instances, "{file}");
+        assert!(
+            scene.triangles.len() > triangles * (instances - 1),
+            "{file}"
+        );
     }
     assert!(scenes > 50, "only {scenes} scenes of the list were found");
 }
