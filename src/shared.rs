@@ -135,12 +135,14 @@ shared_constants! {
     TRIANGLE_MATERIAL_MASK = 0x07ff_ffff;
     /// Edge i, from corner i to corner i + 1, is this bit shifted by i: the surface ends or folds there.
     TRIANGLE_EDGE = 0x0800_0000;
-    /// The triangle is not there where its texture's alpha is below the cut-off.
+    /// The triangle has to be asked whether it is there (see `is_absent` in `surface.glsl`).
     TRIANGLE_ALPHA = 0x4000_0000;
     /// The triangle is not there seen from behind (glTF: doubleSided false).
     TRIANGLE_ONE_SIDED = 0x8000_0000;
     /// [`Material::flags`].
     MATERIAL_SOLID = 1;
+    MATERIAL_BLEND = 2;
+    MATERIAL_UNLIT = 4;
     /// What the scene contains and the user asked for: bits of specialization constant 0.
     FEATURE_SPECULAR = 1;
     FEATURE_TRANSMISSION = 2;
@@ -151,6 +153,8 @@ shared_constants! {
     FEATURE_LEDGER = 64;
     FEATURE_STOCHASTIC = 128;
     FEATURE_DIRECT_RAYS = 256;
+    FEATURE_BLEND = 1024;
+    FEATURE_UNLIT = 2048;
     /// Rows of [`World::texture_slots`] for each material, in this order.
     SLOT_BASE_COLOR = 0;
     SLOT_METALLIC_ROUGHNESS = 1;
@@ -278,10 +282,13 @@ shared_structs! {
     /// What changes from one iteration to the next.
     struct Frame {
         camera_position_w: [f32; 3],
-        /// Camera axes, scaled so that a pixel's direction is forward + x right + y up, x and y in [-1, 1].
+        /// Camera axes, scaled so that a pixel's direction is forward + x right + y up, x and y in [-1, 1]; of an
+        /// orthographic camera its origin is position + x right + y up.
         camera_right_w: [f32; 3],
         camera_up_w: [f32; 3],
         camera_forward_w: [f32; 3],
+        /// 1: rays are parallel.
+        orthographic: u32,
         size: [u32; 2],
         seed: u32,
         iteration: u32,

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Gpu, Pass};
-use crate::scene::Camera;
+use crate::scene::{Camera, Projection};
 use crate::shaders::spirv;
 use crate::shared::{Frame, FramePixel, ViewPush, ViewSample};
 use crate::world::World;
@@ -62,13 +62,17 @@ impl View {
 /// The camera's part of a frame: position, and axes scaled to the image's edges.
 pub fn camera_frame(camera: &Camera, size: [u32; 2]) -> Frame {
     let axis = |v: Vec3| camera.world_from_camera.transform_vector3(v);
-    let up = (camera.yfov * 0.5).tan();
+    let (up, orthographic) = match camera.projection {
+        Projection::Perspective { yfov } => ((yfov * 0.5).tan(), 0),
+        Projection::Orthographic { ymag } => (ymag, 1),
+    };
     let right = up * size[0] as f32 / size[1] as f32;
     Frame {
         camera_position_w: camera.world_from_camera.w_axis.truncate().into(),
         camera_right_w: (axis(Vec3::X) * right).into(),
         camera_up_w: (axis(Vec3::Y) * up).into(),
         camera_forward_w: axis(Vec3::NEG_Z).into(),
+        orthographic,
         size,
         ..Default::default()
     }

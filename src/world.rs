@@ -6,7 +6,7 @@ mod lights;
 
 use crate::bvh::{SceneTree, morton_order};
 use crate::gpu::{Blas, Buffer, Gpu, Instance, Ptr, TextureArray, Tlas, TriangleGeometry};
-use crate::scene::{Material, Scene};
+use crate::scene::{Alpha, Material, Scene};
 use crate::settings::Trace;
 use crate::shared::*;
 use crate::{Error, Result};
@@ -173,8 +173,7 @@ fn grouped_order(scene: &Scene, corners: &[[Vec3; 3]]) -> (Vec<u32>, [u32; 5]) {
     let mut groups = [const { Vec::new() }; 4];
     for (i, triangle) in scene.triangles.iter().enumerate() {
         let material = &scene.materials[triangle.material as usize];
-        let group =
-            usize::from(is_one_sided(material)) * 2 + usize::from(material.alpha_cutoff.is_some());
+        let group = usize::from(is_one_sided(material)) * 2 + usize::from(material.has_holes());
         groups[group].push(i as u32);
     }
     let mut order = Vec::with_capacity(corners.len());
@@ -240,8 +239,13 @@ fn features(scene: &Scene) -> u32 {
         if m.absorption.is_some_and(|sigma| sigma != Vec3::ZERO) {
             features |= FEATURE_ABSORPTION;
         }
-        if m.alpha_cutoff.is_some() {
-            features |= FEATURE_ALPHA;
+        match m.alpha {
+            Alpha::Opaque => {}
+            Alpha::Mask { .. } => features |= FEATURE_ALPHA,
+            Alpha::Blend => features |= FEATURE_BLEND,
+        }
+        if m.unlit {
+            features |= FEATURE_UNLIT;
         }
         if is_one_sided(m) {
             features |= FEATURE_ONE_SIDED;
@@ -256,7 +260,7 @@ fn features(scene: &Scene) -> u32 {
 /// What a scene may hold and pay for, in words for the user, and whether this one does. Shaders leave out
 /// what it does not hold; without specular surfaces no photon map of caustics is built, and without
 /// textures no descriptor is bound.
-pub fn scene_features(scene: &Scene) -> [(&'static str, bool); 7] {
+pub fn scene_features(scene: &Scene) -> [(&'static str, bool); 9] {
     let bits = features(scene);
     let has = |bit| bits & bit != 0;
     [
@@ -264,6 +268,8 @@ pub fn scene_features(scene: &Scene) -> [(&'static str, bool); 7] {
         ("transmission", has(FEATURE_TRANSMISSION)),
         ("absorption", has(FEATURE_ABSORPTION)),
         ("alpha", has(FEATURE_ALPHA)),
+        ("blend", has(FEATURE_BLEND)),
+        ("unlit", has(FEATURE_UNLIT)),
         ("one-sided", has(FEATURE_ONE_SIDED)),
         ("delta lights", has(FEATURE_DELTA_LIGHTS)),
         ("textures", is_textured(scene)),
@@ -320,7 +326,7 @@ mod tests {
         });
         assert_eq!(on(&scene), ["specular", "transmission", "absorption"]);
         scene.materials[1] = Material {
-            alpha_cutoff: Some(0.5),
+            alpha: Alpha::Mask { cutoff: 0.5 },
             double_sided: false,
             normal_texture: Some(TextureRef {
                 texture: 0,

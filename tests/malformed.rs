@@ -8,7 +8,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use lightfall::scene::{self, Scene};
+use lightfall::scene::{self, Projection, Scene};
 
 const LIMIT: Duration = Duration::from_secs(10);
 
@@ -83,10 +83,12 @@ fn check(scene: &Scene, path: &Path) {
     }
     for camera in &scene.cameras {
         assert!(camera.world_from_camera.is_finite(), "{name}");
-        assert!(
-            camera.yfov > 0.0 && camera.yfov < std::f32::consts::PI,
-            "{name}"
-        );
+        match camera.projection {
+            Projection::Perspective { yfov } => {
+                assert!(yfov > 0.0 && yfov < std::f32::consts::PI, "{name}");
+            }
+            Projection::Orthographic { ymag } => assert!(ymag > 0.0 && ymag.is_finite(), "{name}"),
+        }
     }
 }
 

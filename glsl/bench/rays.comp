@@ -4,6 +4,8 @@
 #version 460
 #include "lib/pass.glsl"
 #include "lib/math.glsl"
+#include "lib/rng.glsl"
+#include "lib/sequence.glsl"
 #include "lib/bsdf.glsl"
 #include "lib/surface.glsl"
 #include "lib/trace.glsl"
@@ -17,10 +19,10 @@ void main() {
     Ray ray = push.rays.at[i];
     uint met = NONE;
     if (push.shadow != 0u) {
-        if (occluded(world, ray.origin_w, ray.direction_w, ray.distance_w, false)) met = 0u;
+        if (occluded(world, ray.origin_w, ray.direction_w, ray.distance_w, false, uvec2(i, 0u))) met = 0u;
     } else {
         Hit hit;
-        if (trace(world, ray.origin_w, ray.direction_w, false, hit)) met = world.triangles.at[hit.triangle].vertices.x;
+        if (trace(world, ray.origin_w, ray.direction_w, false, uvec2(i, 0u), hit)) met = world.triangles.at[hit.triangle].vertices.x;
     }
     push.met.at[i] = met;
 }

@@ -41,6 +41,8 @@ struct LightPath {
     vec3 flux;
     // What absorbs where the path is [1/m].
     vec3 medium;
+    // For blended surfaces: the path's number among those of all iterations, and a seed.
+    uvec2 chance;
     // Average over the channels at the light.
     float emitted;
     uint edges;
@@ -58,7 +60,7 @@ LightPath begin(World world, Frame frame, uint index) {
     uint light = choose_light(world, sequence_bits(low, seed));
     Emission e = emit_photon(world, light, frame.paths, sequence_pair(low, seed + 1u), sequence_pair(low, seed + 2u));
     Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
-    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), average(e.flux), 1u, 0u, true);
+    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), uvec2(low, seed + 2u), average(e.flux), 1u, 0u, true);
 }
 
 // u: uniform. Drawn for every event, so that rejection changes no path.
@@ -77,7 +79,8 @@ void store(Frame frame, Surface s, float u, inout LightPath path) {
     if (slot >= frame.capacity) return;
     Photon photon;
     photon.position_w = s.position_w;
-    photon.power = pack_power(path.flux * (shading_ratio(s) / keep), s.wo, s.normal_g, path.edges);
+    // Of a blended surface, photons and view samples each meet only a share.
+    photon.power = pack_power(path.flux * (shading_ratio(s) / (keep * s.coverage)), s.wo, s.normal_g, path.edges);
     push.photons.at[slot] = photon;
     push.path_slots.at[path.index * frame.max_depth + path.stored++] = slot | map << 31;
     if (map == MAP_CAUSTIC) atomicAdd(push.counters.at[0].caustic_photons, 1u);
@@ -95,7 +98,7 @@ bool extend(World world, Frame frame, inout LightPath path) {
         return false;
     }
     Hit hit;
-    if (!trace(world, path.origin_w, path.direction_w, false, hit)) {
+    if (!trace(world, path.origin_w, path.direction_w, false, uvec2(path.chance.x, path.chance.y + path.edges), hit)) {
         COUNT(escaped);
         return false;
     }

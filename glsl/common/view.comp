@@ -65,7 +65,7 @@ void main() {
             result.fresnel = packHalf2x16(vec2(max_component(s.f0), s.f90));
             result.depth = path.edges;
             find_edges(world, triangle, s, result);
-            result.footprint = path.length_w * 2.0 * length(frame.camera_up_w) / float(frame.size.y);
+            result.footprint = pixel_footprint(frame, path.length_w);
             // Towards lights that are easier to hit than to sample.
             if (DIRECT_RAYS && depart(s, event, path)) arrive(world, path, seen, s, triangle);
             break;

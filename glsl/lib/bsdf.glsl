@@ -29,6 +29,8 @@ struct Surface {
     vec3 absorption;
     // Leaves the front face only [nit].
     vec3 emission;
+    // Probability that a ray meets it: alpha of a blended surface.
+    float coverage;
     // To the next surface's origin [m] along the face normal: beyond the rounding of position_w.
     float offset;
 };

@@ -82,7 +82,8 @@ const uint FEW_LIGHTS = 16u;
 // a ray is chosen in proportion to the light that would come from it. The balance heuristic is part of
 // what is resampled, so that it holds as for one point. `skip_backs`: of a path from the eye that has met
 // specular surfaces only; its specular lobes see lights as the eye does (see trace.glsl). u.z: uniform.
-Direct direct_light(World world, Surface s, vec3 medium, bool diffuse, bool skip_backs, uvec2 choice, vec3 u) {
+// `chance`: for blended surfaces in the way.
+Direct direct_light(World world, Surface s, vec3 medium, bool diffuse, bool skip_backs, uvec2 choice, vec3 u, uvec2 chance) {
     uint count = world.light_count > FEW_LIGHTS ? LIGHT_CANDIDATES : 1u;
     LightSample chosen;
     float total = 0.0, chosen_weight = 0.0;
@@ -108,10 +109,11 @@ Direct direct_light(World world, Surface s, vec3 medium, bool diffuse, bool skip
     float share = total / (chosen_weight * float(count));
     Direct d = Direct(chosen.light.diffuse * share, chosen.light.specular * share);
     vec3 origin = leave(s, chosen.wi);
-    if (occluded(world, origin, chosen.wi, chosen.distance_w, false)) {
-        d.diffuse = vec3(0.0);
-        bool behind_backs = HAS_ONE_SIDED && skip_backs && max_component(d.specular) > 0.0;
-        if (!behind_backs || occluded(world, origin, chosen.wi, chosen.distance_w, true)) d.specular = vec3(0.0);
-    }
+    bool dark = occluded(world, origin, chosen.wi, chosen.distance_w, false, chance), dark_to_eye = dark;
+    // The eye sees through backs, and not through what is unlit.
+    if (skip_backs && (dark ? HAS_ONE_SIDED : HAS_UNLIT) && max_component(d.specular) > 0.0)
+        dark_to_eye = occluded(world, origin, chosen.wi, chosen.distance_w, true, chance);
+    if (dark) d.diffuse = vec3(0.0);
+    if (dark_to_eye) d.specular = vec3(0.0);
     return d;
 }

@@ -61,14 +61,16 @@ uvec2 next_pair_bits(inout EyePath path, uint dimension) {
 
 vec2 next_pair(inout EyePath path, uint dimension) { return unit_floats(uvec4(next_pair_bits(path, dimension), 0u, 0u)).xy; }
 
+// For blended surfaces on the next edge, or on a ray to a light (see surface.glsl).
+uvec2 next_chance(EyePath path, uint dimension) { return uvec2(path.iteration, path.seed + 8u * path.edges + dimension); }
+
 EyePath begin_eye_path(Frame frame, uvec2 pixel, uint index) {
     EyePath path;
     path.iteration = frame.iteration;
     path.seed = mix_seed(frame.seed ^ mix_seed(STREAM_VIEW + index));
     path.rng = Rng(frame.seed, frame.iteration, index, STREAM_VIEW);
     path.edges = 0u;
-    path.origin_w = frame.camera_position_w;
-    path.direction_w = camera_direction(frame, pixel, next_pair(path, 0u));
+    camera_ray(frame, pixel, next_pair(path, 0u), path.origin_w, path.direction_w);
     path.throughput = vec3(1.0);
     path.medium = vec3(0.0);
     path.length_w = 0.0;
@@ -89,8 +91,8 @@ FramePixel nothing_seen() {
 // One more edge: finds the surface at its end and adds what shines there. False where there is none.
 bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface s, out uint triangle) {
     Hit hit;
-    // Beyond a diffuse surface the path stands for light, for which one-sided backs are there.
-    if (!trace(world, path.origin_w, path.direction_w, path.layer == LAYER_EMISSION, hit)) return false;
+    // Beyond a diffuse surface the path stands for light (see trace.glsl).
+    if (!trace(world, path.origin_w, path.direction_w, path.layer == LAYER_EMISSION, next_chance(path, 6u), hit)) return false;
     s = surface_at(world, hit.triangle, hit.bary, -path.direction_w);
     triangle = hit.triangle;
     path.edges++;
@@ -115,7 +117,7 @@ bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface 
 void add_direct_light(World world, Surface s, bool diffuse, inout EyePath path, inout FramePixel seen) {
     diffuse = diffuse && max_component(diffuse_color(s)) > 0.0;
     if (!diffuse && !(HAS_SPECULAR && s.alpha > 0.0)) return;
-    Direct d = direct_light(world, s, path.medium, diffuse, path.layer == LAYER_EMISSION, next_pair_bits(path, 0u), vec3(next_pair(path, 1u), next_pair(path, 5u).x));
+    Direct d = direct_light(world, s, path.medium, diffuse, path.layer == LAYER_EMISSION, next_pair_bits(path, 0u), vec3(next_pair(path, 1u), next_pair(path, 5u).x), next_chance(path, 7u));
     add_light(seen, layer_after(path.layer, true), path.throughput * d.diffuse);
     add_light(seen, layer_after(path.layer, false), path.throughput * d.specular);
 }

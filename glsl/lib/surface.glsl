@@ -1,5 +1,5 @@
 // From a hit to a surface: interpolation, textures, the material's parameters (glTF 2.0, section 3.9).
-// In: a triangle and barycentrics. Out: Surface (see bsdf.glsl). Needs bsdf.glsl and math.glsl.
+// In: a triangle and barycentrics. Out: Surface (see bsdf.glsl). Needs bsdf.glsl, math.glsl and sequence.glsl.
 
 #ifdef TEXTURES
 layout(set = 0, binding = 0) uniform sampler2D textures[];
@@ -41,8 +41,8 @@ float origin_offset(Corners c) {
     return 9.5367431640625e-7 * max_component(max(abs(c.p0), max(abs(c.p1), abs(c.p2))));
 }
 
-// Alpha of the base colour at a point of a triangle, and whether it is below the cut-off.
-bool is_cut_out(World world, uint triangle, vec2 bary) {
+// Share of a point of a triangle that is there: of a blended one the base colour's alpha, else all or nothing.
+float coverage_at(World world, uint triangle, vec2 bary) {
     TriangleShading t = world.triangles.at[triangle];
     uint m = t.material & TRIANGLE_MATERIAL_MASK;
     VertexShading a = world.vertices.at[t.vertices.x], b = world.vertices.at[t.vertices.y], c = world.vertices.at[t.vertices.z];
@@ -52,7 +52,21 @@ bool is_cut_out(World world, uint triangle, vec2 bary) {
     vec2 uv1 = interpolate(vec3(a.uv1, 0), vec3(b.uv1, 0), vec3(c.uv1, 0), bary).xy;
     alpha *= fetch(world, m, SLOT_BASE_COLOR, uv0, uv1).a;
 #endif
-    return alpha < world.materials.at[m].alpha_cutoff;
+    if (HAS_BLEND && (world.materials.at[m].flags & MATERIAL_BLEND) != 0u) return alpha;
+    return alpha < world.materials.at[m].alpha_cutoff ? 0.0 : 1.0;
+}
+
+// Whether a triangle with TRIANGLE_ALPHA is not there for a ray. Blended ones are there with a probability of
+// alpha (stochastic transparency, Enderton et al. 2010). `chance`: number of the path, and a seed for each of
+// its rays; with the triangle they name a random number, so that all traversals decide alike. It is
+// spread evenly over the paths.
+bool is_absent(World world, uint triangle, vec2 bary, bool eye, uvec2 chance) {
+    TriangleShading t = world.triangles.at[triangle];
+    if (HAS_UNLIT && !eye && (world.materials.at[t.material & TRIANGLE_MATERIAL_MASK].flags & MATERIAL_UNLIT) != 0u) return true;
+    float coverage = coverage_at(world, triangle, bary);
+    if (!HAS_BLEND) return coverage == 0.0;
+    uint seed = chance.y ^ mix_seed(t.vertices.x ^ mix_seed(t.vertices.y ^ mix_seed(t.vertices.z)));
+    return coverage <= sequence_pair(chance.x, seed).x;
 }
 
 // `wo` points back along the ray that hit.
@@ -100,7 +114,15 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     if (!s.front) n_s = -n_s;
     s.normal_s = n_s;
 
+    // Shown as it is, by both sides, to the eye alone: 1 nit where it is white.
+    bool unlit = HAS_UNLIT && (m.flags & MATERIAL_UNLIT) != 0u;
+    if (unlit) {
+        s.emission = color.rgb;
+        color.rgb = vec3(0.0);
+    }
     s.base_color = color.rgb;
+    // What a random number of 24 bits makes of alpha at least.
+    s.coverage = HAS_BLEND && (m.flags & MATERIAL_BLEND) != 0u ? max(color.a, 5.9604644775390625e-8) : 1.0;
     s.metallic = metallic;
     s.transmission = HAS_TRANSMISSION ? transmission : 0.0;
     // Below, its square leaves f32: 0/0 in the microfacet distribution.
@@ -110,7 +132,7 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     s.ior = m.ior;
     s.solid = (m.flags & MATERIAL_SOLID) != 0u;
     s.absorption = m.absorption;
-    if (!s.front) s.emission = vec3(0.0);
+    if (!s.front && !unlit) s.emission = vec3(0.0);
     return s;
 }
 

@@ -3,8 +3,10 @@
 // the same triangle gives the same point.
 // In: origin and unit direction in world space, range in metres. Needs surface.glsl.
 
-// `skip_backs`: one-sided faces (glTF: doubleSided false) are not there seen from behind. Paths from the
-// eye skip them, so that one can look into a closed room; light does not, so that none leaks in.
+// `eye`: the ray is the eye's, maybe by way of mirrors and glass, else light's. One-sided faces (glTF:
+// doubleSided false) are not there seen from behind: the eye skips them, so that one can look into a closed
+// room; light does not, so that none leaks in. Unlit faces are there for the eye only.
+// `chance`: a number for each blended triangle (see surface.glsl).
 struct Hit {
     uint triangle;
     vec2 bary;
@@ -56,20 +58,20 @@ uint query_triangle(World world, uint instance, uint geometry, uint primitive) {
     return world.groups[instance + geometry] + primitive;
 }
 
-void proceed(rayQueryEXT query, World world, vec3 origin, vec3 direction) {
+void proceed(rayQueryEXT query, World world, vec3 origin, vec3 direction, bool eye, uvec2 chance) {
     while (rayQueryProceedEXT(query)) {
         if (!HAS_ALPHA) continue;
         uint triangle = query_triangle(world, rayQueryGetIntersectionInstanceCustomIndexEXT(query, false),
             rayQueryGetIntersectionGeometryIndexEXT(query, false), rayQueryGetIntersectionPrimitiveIndexEXT(query, false));
-        if (!is_cut_out(world, triangle, complete_hit(world, triangle, origin, direction).bary))
+        if (!is_absent(world, triangle, complete_hit(world, triangle, origin, direction).bary, eye, chance))
             rayQueryConfirmIntersectionEXT(query);
     }
 }
 
-bool trace(World world, vec3 origin, vec3 direction, bool skip_backs, out Hit hit) {
+bool trace(World world, vec3 origin, vec3 direction, bool eye, uvec2 chance, out Hit hit) {
     rayQueryEXT query;
-    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), skip_backs ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsNoneEXT, 0xff, origin, 0.0, direction, 3.0e38);
-    proceed(query, world, origin, direction);
+    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), eye ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsNoneEXT, 0xff, origin, 0.0, direction, 3.0e38);
+    proceed(query, world, origin, direction, eye, chance);
     if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionTriangleEXT) return false;
     uint triangle = query_triangle(world, rayQueryGetIntersectionInstanceCustomIndexEXT(query, true),
         rayQueryGetIntersectionGeometryIndexEXT(query, true), rayQueryGetIntersectionPrimitiveIndexEXT(query, true));
@@ -77,10 +79,10 @@ bool trace(World world, vec3 origin, vec3 direction, bool skip_backs, out Hit hi
     return true;
 }
 
-bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool skip_backs) {
+bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool eye, uvec2 chance) {
     rayQueryEXT query;
-    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsTerminateOnFirstHitEXT | (skip_backs ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsNoneEXT), 0xff, origin, 0.0, direction, distance_w);
-    proceed(query, world, origin, direction);
+    rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), gl_RayFlagsTerminateOnFirstHitEXT | (eye ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsNoneEXT), 0xff, origin, 0.0, direction, distance_w);
+    proceed(query, world, origin, direction, eye, chance);
     return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
 }
 
@@ -96,7 +98,7 @@ float enter_box(vec3 min_w, vec3 max_w, vec3 origin, vec3 inverse, float t_max) 
 }
 
 // Nearest triangle before t_max, or NONE; with `any`, whichever is met first.
-uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, bool skip_backs) {
+uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, bool eye, uvec2 chance) {
     // A zero component would make 0 · inf in a slab that the origin lies on.
     vec3 safe = mix(direction, vec3(1e-30), lessThan(abs(direction), vec3(1e-30)));
     vec3 inverse = 1.0 / safe;
@@ -144,8 +146,8 @@ uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, b
                 bool there = true;
                 if (HAS_ALPHA || HAS_ONE_SIDED) {
                     uint flags = world.triangles.at[i].material;
-                    if (skip_backs && (flags & TRIANGLE_ONE_SIDED) != 0u) there = det > 0.0;
-                    if (there && (flags & TRIANGLE_ALPHA) != 0u) there = !is_cut_out(world, i, e.yz / det);
+                    if (eye && (flags & TRIANGLE_ONE_SIDED) != 0u) there = det > 0.0;
+                    if (there && (flags & TRIANGLE_ALPHA) != 0u) there = !is_absent(world, i, e.yz / det, eye, chance);
                 }
                 if (there) {
                     found = i;
@@ -164,15 +166,15 @@ uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, b
     }
 }
 
-bool trace(World world, vec3 origin, vec3 direction, bool skip_backs, out Hit hit) {
-    uint triangle = traverse(world, origin, direction, 3.0e38, false, skip_backs);
+bool trace(World world, vec3 origin, vec3 direction, bool eye, uvec2 chance, out Hit hit) {
+    uint triangle = traverse(world, origin, direction, 3.0e38, false, eye, chance);
     if (triangle == NONE) return false;
     hit = complete_hit(world, triangle, origin, direction);
     return true;
 }
 
-bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool skip_backs) {
-    return traverse(world, origin, direction, distance_w, true, skip_backs) != NONE;
+bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool eye, uvec2 chance) {
+    return traverse(world, origin, direction, distance_w, true, eye, chance) != NONE;
 }
 
 #endif

@@ -2,7 +2,7 @@
 
 use crate::{
     Error, Result,
-    scene::{self, Light, Scene},
+    scene::{self, Light, Projection, Scene},
 };
 use glam::Vec3;
 use std::{
@@ -42,9 +42,9 @@ fn summary(scene: &Scene) -> String {
         row(
             if i == 0 { "cameras" } else { "" },
             format!(
-                "{i} '{}': yfov {:.1}°{aspect}, at {}",
+                "{i} '{}': {}{aspect}, at {}",
                 camera.name,
-                camera.yfov.to_degrees(),
+                projection(camera.projection),
                 metres(position_w.truncate()),
             ),
         );
@@ -52,10 +52,21 @@ fn summary(scene: &Scene) -> String {
     row("bounds", bounds(scene));
     let hash: String = scene.hash.iter().map(|b| format!("{b:02x}")).collect();
     row("hash", hash);
+    for (i, (name, becomes)) in scene.extensions.iter().enumerate() {
+        let title = if i == 0 { "extensions" } else { "" };
+        row(title, format!("{name}: {becomes}"));
+    }
     for warning in &scene.warnings {
         row("warning", warning.clone());
     }
     text
+}
+
+fn projection(projection: Projection) -> String {
+    match projection {
+        Projection::Perspective { yfov } => format!("yfov {:.1}°", yfov.to_degrees()),
+        Projection::Orthographic { ymag } => format!("orthographic, ymag {ymag} m"),
+    }
 }
 
 fn lights(scene: &Scene) -> String {
@@ -117,9 +128,12 @@ mod tests {
             cameras: vec![Camera {
                 name: "Main".into(),
                 world_from_camera: glam::Mat4::from_translation(Vec3::Y),
-                yfov: std::f32::consts::FRAC_PI_2,
+                projection: Projection::Perspective {
+                    yfov: std::f32::consts::FRAC_PI_2,
+                },
                 aspect: Some(1.5),
             }],
+            extensions: vec![("KHR_x".into(), "not done".into())],
             warnings: vec!["/nodes/0: skin".into()],
             ..Scene::default()
         };
@@ -129,9 +143,10 @@ mod tests {
             "materials  2",
             "lights     1 point, 0 spot, 0 directional, 2 emissive triangles",
             "features   specular, one-sided, delta lights; left out: transmission, absorption, alpha, \
-             textures; caustic map: built",
+             blend, unlit, textures; caustic map: built",
             "cameras    0 'Main': yfov 90.0°, aspect 1.500, at (0, 1, 0) m",
             "bounds     (1, -3, 0.5) m to (3, -1, 0.5) m",
+            "extensions KHR_x: not done",
             "warning    /nodes/0: skin",
         ] {
             assert!(text.lines().any(|l| l == line), "{line} not in\n{text}");

@@ -97,8 +97,9 @@ impl<'a> Asset<'a> {
         let left = self.elements_left.get().checked_sub(count);
         self.elements_left.set(left.ok_or_else(|| {
             format!(
-                "{path}: the scene is too large: more than {MAX_SHARED} shared vertices, instances \
-                 counted"
+                "{path}: the scene is too large: more than {} million triangles by instances of \
+                 meshes, each of which takes memory of its own",
+                MAX_SHARED / 3_000_000
             )
         })?);
         Ok(())

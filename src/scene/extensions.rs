@@ -7,22 +7,28 @@ use gltf::json::Value;
 use super::asset::Checked;
 use super::warnings::Warnings;
 
+#[derive(PartialEq)]
 enum Support {
-    /// Done, or without any effect on a picture.
+    /// Done.
     Full,
-    /// Left out also where it is required, as its specification foresees; the text says how.
+    /// Says nothing about the picture.
+    Unseen,
+    /// Done in a simpler way, also where it is required; the text says how.
     Approximated(&'static str),
     /// Left out where it is not required; the text says what the picture shows instead.
     Ignored(&'static str),
-    /// Left out, and the text says how to convert a file that requires it.
+    /// Left out where it is not required; the text says how to convert a file that requires it.
     Convert(&'static str),
 }
-use Support::{Approximated, Convert, Full, Ignored};
+use Support::{Approximated, Convert, Full, Ignored, Unseen};
 
-const COPY: &str = "convert the file: npx @gltf-transform/cli copy in.glb out.glb";
+const COPY: &str = "`npx @gltf-transform/cli copy in.glb out.glb`";
 
-/// One line for each extension that is known here.
+/// One line for each extension that is known here; the README has them too (see [`extensions_table`]).
+#[rustfmt::skip]
 const TABLE: &[(&str, Support)] = &[
+    ("EXT_mesh_gpu_instancing", Full),
+    ("EXT_texture_webp", Full),
     ("KHR_lights_punctual", Full),
     ("KHR_materials_emissive_strength", Full),
     ("KHR_materials_ior", Full),
@@ -30,46 +36,49 @@ const TABLE: &[(&str, Support)] = &[
     ("KHR_materials_transmission", Full),
     ("KHR_materials_volume", Full),
     ("KHR_mesh_quantization", Full),
+    ("KHR_node_visibility", Full),
     ("KHR_texture_transform", Full),
-    ("EXT_texture_webp", Full),
-    ("KHR_xmp_json_ld", Full),
-    ("KHR_xmp", Full),
+    ("AGI_articulations", Unseen),
+    ("AGI_stk_metadata", Unseen),
+    ("EXT_instance_features", Unseen),
+    ("EXT_mesh_features", Unseen),
+    ("EXT_mesh_manifold", Unseen),
+    ("EXT_structural_metadata", Unseen),
+    ("KHR_audio_emitter", Unseen),
+    ("KHR_implicit_shapes", Unseen),
+    ("KHR_interactivity", Unseen),
+    ("KHR_node_hoverability", Unseen),
+    ("KHR_node_selectability", Unseen),
+    ("KHR_physics_rigid_bodies", Unseen),
+    ("KHR_xmp", Unseen),
+    ("KHR_xmp_json_ld", Unseen),
+    ("MSFT_packing_normalRoughnessMetallic", Unseen),
+    ("MSFT_packing_occlusionRoughnessMetallic", Unseen),
+    ("KHR_animation_pointer", Approximated("the scene as it stands")),
+    ("KHR_materials_unlit", Approximated("the eye sees 1 nit × base colour, also in mirrors and through glass; it casts no light and no shadow")),
+    ("KHR_materials_variants", Approximated("the default material")),
+    ("MSFT_lod", Approximated("the finest level")),
+    ("ADOBE_materials_thin_transparency", Ignored("the glTF material is used")),
+    ("CESIUM_RTC", Ignored("the model stands at its own origin")),
+    ("EXT_lights_ies", Ignored("lamps shine evenly")),
+    ("EXT_lights_image_based", Ignored("there is no environment")),
+    ("KHR_gaussian_splatting", Ignored("there are no splats")),
     ("KHR_materials_anisotropy", Ignored("highlights are round")),
     ("KHR_materials_clearcoat", Ignored("there is no coat")),
-    (
-        "KHR_materials_diffuse_transmission",
-        Ignored("no light passes"),
-    ),
-    (
-        "KHR_materials_dispersion",
-        Ignored("all wavelengths refract alike"),
-    ),
-    (
-        "KHR_materials_iridescence",
-        Ignored("there is no thin film"),
-    ),
+    ("KHR_materials_diffuse_transmission", Ignored("no light passes")),
+    ("KHR_materials_dispersion", Ignored("all wavelengths refract alike")),
+    ("KHR_materials_iridescence", Ignored("there is no thin film")),
     ("KHR_materials_sheen", Ignored("there is no sheen")),
-    ("KHR_materials_unlit", Approximated("it is lit")),
-    (
-        "KHR_materials_variants",
-        Ignored("the default material is used"),
-    ),
-    (
-        "EXT_mesh_gpu_instancing",
-        Ignored("the mesh appears once only"),
-    ),
-    ("EXT_lights_image_based", Ignored("there is no environment")),
-    (
-        "KHR_materials_pbrSpecularGlossiness",
-        Convert("convert the file: npx @gltf-transform/cli metalrough in.glb out.glb"),
-    ),
-    ("KHR_draco_mesh_compression", Convert(COPY)),
+    ("KHR_materials_volume_scatter", Ignored("nothing scatters inside")),
+    ("NV_materials_mdl", Ignored("the glTF material is used")),
     ("EXT_meshopt_compression", Convert(COPY)),
+    ("KHR_draco_mesh_compression", Convert(COPY)),
     ("KHR_meshopt_compression", Convert(COPY)),
-    (
-        "KHR_texture_basisu",
-        Convert("convert the file: npx @gltf-transform/cli ktxdecompress in.glb out.glb"),
-    ),
+    ("EXT_texture_avif", Convert("`npx @gltf-transform/cli png in.glb out.glb`")),
+    ("KHR_materials_pbrSpecularGlossiness", Convert("`npx @gltf-transform/cli metalrough in.glb out.glb`")),
+    ("KHR_techniques_webgl", Convert("export it anew with metallic-roughness materials")),
+    ("KHR_texture_basisu", Convert("`npx @gltf-transform/cli ktxdecompress in.glb out.glb`")),
+    ("MSFT_texture_dds", Convert("export it anew with PNG or JPEG textures")),
 ];
 
 fn support(name: &str) -> Option<&'static Support> {
@@ -77,30 +86,85 @@ fn support(name: &str) -> Option<&'static Support> {
     Some(&row.1)
 }
 
-/// Refuses what the file requires and lightfall cannot do; warns of what it only uses. It looks at
-/// the untyped document, because the gltf crate's types drop the place of some extensions.
-pub(super) fn check(json: &Value, warnings: &mut Warnings) -> Checked<()> {
+/// The table as the README shows it, in Markdown.
+pub fn extensions_table() -> String {
+    let row = |title: &str, wanted: fn(&Support) -> bool| {
+        let cells: Vec<String> = TABLE
+            .iter()
+            .filter(|(_, support)| wanted(support))
+            .map(|(name, support)| match support {
+                Full | Unseen => format!("`{name}`"),
+                Approximated(text) | Ignored(text) | Convert(text) => format!("`{name}`: {text}"),
+            })
+            .collect();
+        let separator = if wanted(&Full) || wanted(&Unseen) {
+            ", "
+        } else {
+            "; "
+        };
+        format!("| {title} | {} |\n", cells.join(separator))
+    };
+    [
+        "| becomes of it | extension |\n|---|---|\n".into(),
+        row("supported", |s| *s == Full),
+        row("no effect on pictures", |s| *s == Unseen),
+        row("approximated", |s| matches!(s, Approximated(_))),
+        row("ignored; refused where required", |s| {
+            matches!(s, Ignored(_))
+        }),
+        row("refused where required: convert the file", |s| {
+            matches!(s, Convert(_))
+        }),
+    ]
+    .concat()
+}
+
+/// Refuses what the file requires and lightfall cannot do; warns of what it only uses. Returns all that it
+/// uses, with what becomes of it. It looks at the untyped document, because the gltf crate's types
+/// drop the place of some extensions.
+pub(super) fn check(json: &Value, warnings: &mut Warnings) -> Checked<Vec<(String, String)>> {
     for (i, name) in names(json, "extensionsRequired") {
         let fix = match support(name) {
-            Some(Full | Approximated(_)) => continue,
-            Some(Convert(fix)) => format!("; {fix}"),
-            Some(Ignored(_)) | None => String::new(),
+            Some(Full | Unseen | Approximated(_)) => continue,
+            Some(Convert(how)) => format!("convert the file: {}", how.replace('`', "")),
+            Some(Ignored(instead)) => {
+                format!("take it out of extensionsRequired to render without: {instead}")
+            }
+            None => "it is unknown here".into(),
         };
         return Err(format!(
-            "/extensionsRequired/{i}: the file requires {name}, which is not supported{fix}"
+            "/extensionsRequired/{i}: the file requires {name}, which is not supported; {fix}"
         ));
     }
-    let mut met = HashSet::new();
-    visit(json, &mut String::new(), &mut |name, path| {
-        met.insert(name.to_owned());
+    let mut met = Vec::new();
+    let mut seen = HashSet::new();
+    let mut meet = |name: &str, path: &str, warned: bool| {
+        if seen.insert(name.to_owned()) {
+            met.push((name.to_owned(), becomes(name)));
+        } else if !warned {
+            return;
+        }
         warn(name, path, warnings);
+    };
+    visit(json, &mut String::new(), &mut |name, path| {
+        meet(name, path, true);
     });
     for (i, name) in names(json, "extensionsUsed") {
-        if met.insert(name.to_owned()) {
-            warn(name, &format!("/extensionsUsed/{i}"), warnings);
-        }
+        meet(name, &format!("/extensionsUsed/{i}"), false);
     }
-    Ok(())
+    Ok(met)
+}
+
+/// What becomes of an extension that a file uses and does not require, or that is not refused.
+fn becomes(name: &str) -> String {
+    match support(name) {
+        Some(Full) => "supported".into(),
+        Some(Unseen) => "no effect on pictures".into(),
+        Some(Approximated(how)) => format!("approximated: {how}"),
+        Some(Ignored(instead)) => format!("ignored: {instead}"),
+        Some(Convert(how)) => format!("ignored; convert the file: {}", how.replace('`', "")),
+        None => "unknown here and ignored".into(),
+    }
 }
 
 /// The strings in the root's array `key`, with their places.
@@ -111,13 +175,8 @@ fn names<'a>(json: &'a Value, key: &str) -> impl Iterator<Item = (usize, &'a str
 }
 
 fn warn(name: &str, path: &str, warnings: &mut Warnings) {
-    match support(name) {
-        Some(Full) => {}
-        Some(Approximated(instead) | Ignored(instead)) => {
-            warnings.add(path, format_args!("{name} is not supported: {instead}"));
-        }
-        Some(Convert(fix)) => warnings.add(path, format_args!("{name} is not supported; {fix}")),
-        None => warnings.add(path, format_args!("{name} is unknown here and ignored")),
+    if !matches!(support(name), Some(Full | Unseen)) {
+        warnings.add(path, format_args!("{name} is {}", becomes(name)));
     }
 }
 
@@ -155,5 +214,26 @@ fn visit(value: &Value, path: &mut String, found: &mut impl FnMut(&str, &str)) {
             }
         }
         _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_readme_says_what_becomes_of_each_extension() {
+        let readme = include_str!("../../README.md");
+        let table = extensions_table();
+        assert!(
+            readme.contains(&table),
+            "the README's table must be\n{table}"
+        );
+        for (i, (name, _)) in TABLE.iter().enumerate() {
+            assert!(
+                TABLE[..i].iter().all(|(before, _)| before != name),
+                "{name} twice"
+            );
+        }
     }
 }

@@ -6,11 +6,15 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use gltf::json::Mesh;
 
 use super::asset::{Asset, Checked, get};
+use super::instancing;
 use super::node::{MAX_COORDINATE, Node};
 use super::primitive::{self, Attributes, Triangles};
 use super::tangent::unit;
 use super::warnings::Warnings;
 use super::{Material, Scene, Triangle, Vertex};
+
+/// Where a mesh is shown, and the paths of the nodes that do.
+type Places<'a> = Vec<(&'a str, DAffine3)>;
 
 /// Appends the triangles of every mesh that the nodes show, mesh by mesh.
 pub(super) fn add_meshes<'a>(
@@ -19,13 +23,15 @@ pub(super) fn add_meshes<'a>(
     scene: &mut Scene,
     warnings: &mut Warnings,
 ) -> Checked<()> {
-    let mut instances: BTreeMap<usize, (&Mesh, Vec<&Node>)> = BTreeMap::new();
+    let mut instances: BTreeMap<usize, (&Mesh, Places)> = BTreeMap::new();
     for node in nodes {
         let path = &node.path;
         if let Some(index) = node.json.mesh {
             let mesh = get(asset.root, index, format_args!("{path}/mesh"))?;
             let entry = instances.entry(index.value());
-            entry.or_insert((mesh, Vec::new())).1.push(node);
+            let places = instancing::places(asset, node)?.into_iter();
+            let (_, all) = entry.or_insert((mesh, Vec::new()));
+            all.extend(places.map(|place| (path.as_str(), place)));
             if node.json.skin.is_some() {
                 let what = "skins are not supported: the mesh as it is bound";
                 warnings.add(format_args!("{path}/skin"), what);
@@ -34,18 +40,18 @@ pub(super) fn add_meshes<'a>(
     }
     // The whole bill before the first triangle is read.
     let mut primitives = Vec::new();
-    for (i, (mesh, nodes)) in &instances {
+    for (i, (mesh, places)) in &instances {
         for (j, json) in mesh.primitives.iter().enumerate() {
             let path = format!("/meshes/{i}/primitives/{j}");
             if let Some(attributes) = Attributes::open(asset, json, &path, warnings)? {
                 let corners = attributes.corners() as u64;
-                asset.charge(corners.saturating_mul(nodes.len() as u64), &path)?;
-                primitives.push((json, path, attributes, nodes));
+                asset.charge(corners.saturating_mul(places.len() as u64), &path)?;
+                primitives.push((json, path, attributes, places));
             }
         }
     }
     let named = scene.materials.len() as u32;
-    for (json, path, attributes, nodes) in primitives {
+    for (json, path, attributes, places) in primitives {
         if let Some(index) = json.material {
             get(asset.root, index, format_args!("{path}/material"))?;
         }
@@ -56,9 +62,8 @@ pub(super) fn add_meshes<'a>(
         if material == named && scene.materials.len() as u32 == named {
             scene.materials.push(Material::default());
         }
-        for node in nodes {
-            add(&primitive, material, &node.world_from_node, scene)
-                .map_err(|fault| format!("{}: {fault}", node.path))?;
+        for (node, place) in places {
+            add(&primitive, material, place, scene).map_err(|fault| format!("{node}: {fault}"))?;
         }
     }
     Ok(())

@@ -8,8 +8,9 @@ use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 
 use super::asset::{Checked, valid};
 use super::material::{MAX_RADIANCE, factor, factors};
+use super::node::MAX_COORDINATE;
 use super::warnings::Warnings;
-use super::{Camera, Light};
+use super::{Camera, Light, Projection};
 
 /// The light that `json`, at `path`, describes. Its `range` is a hint for renderers that cull
 /// lights, and not needed here.
@@ -80,11 +81,25 @@ pub(super) fn camera(
     world_from_node: &DAffine3,
     warnings: &mut Warnings,
 ) -> Checked<Option<Camera>> {
-    if valid(json.type_, format_args!("{path}/type"))? == camera::Type::Orthographic {
-        let what = "orthographic cameras are not supported: skipped";
+    let (projection, aspect) = match valid(json.type_, format_args!("{path}/type"))? {
+        camera::Type::Perspective => perspective(json, path)?,
+        camera::Type::Orthographic => orthographic(json, path, warnings)?,
+    };
+    let Some(rotation) = rigid(&world_from_node.matrix3) else {
+        let what = "camera skipped: its node has no direction (scaled to zero)";
         warnings.add(path, what);
         return Ok(None);
-    }
+    };
+    let world_from_camera = DMat4::from_mat3_translation(rotation, world_from_node.translation);
+    Ok(Some(Camera {
+        name,
+        world_from_camera: world_from_camera.as_mat4(),
+        projection,
+        aspect,
+    }))
+}
+
+fn perspective(json: &camera::Camera, path: &str) -> Checked<(Projection, Option<f32>)> {
     let lens = json.perspective.as_ref();
     let lens = lens.ok_or_else(|| format!("{path}: lacks \"perspective\""))?;
     let yfov = lens.yfov;
@@ -101,18 +116,32 @@ pub(super) fn camera(
             "{path}/perspective/aspectRatio: {aspect} must be above 0"
         ));
     }
-    let Some(rotation) = rigid(&world_from_node.matrix3) else {
-        let what = "camera skipped: its node has no direction (scaled to zero)";
-        warnings.add(path, what);
-        return Ok(None);
-    };
-    let world_from_camera = DMat4::from_mat3_translation(rotation, world_from_node.translation);
-    Ok(Some(Camera {
-        name,
-        world_from_camera: world_from_camera.as_mat4(),
-        yfov,
-        aspect,
-    }))
+    Ok((Projection::Perspective { yfov }, aspect))
+}
+
+fn orthographic(
+    json: &camera::Camera,
+    path: &str,
+    warnings: &mut Warnings,
+) -> Checked<(Projection, Option<f32>)> {
+    let lens = json.orthographic.as_ref();
+    let lens = lens.ok_or_else(|| format!("{path}: lacks \"orthographic\""))?;
+    let path = format!("{path}/orthographic");
+    for (key, mag) in [("xmag", lens.xmag), ("ymag", lens.ymag)] {
+        if !(1e-20..=MAX_COORDINATE as f32).contains(&mag.abs()) {
+            return Err(format!(
+                "{path}/{key}: {mag} must be above 0, and at most {MAX_COORDINATE:e} m"
+            ));
+        }
+        if mag < 0.0 {
+            warnings.add(
+                format_args!("{path}/{key}"),
+                "is negative: taken as positive",
+            );
+        }
+    }
+    let (xmag, ymag) = (lens.xmag.abs(), lens.ymag.abs());
+    Ok((Projection::Orthographic { ymag }, Some(xmag / ymag)))
 }
 
 /// The rotation that looks along the same −Z, with +Y up as far as possible. A mirroring parent
@@ -146,7 +175,7 @@ pub(super) fn framing(low: Vec3, high: Vec3) -> Camera {
     Camera {
         name: "framing".into(),
         world_from_camera: world_from_camera.as_mat4(),
-        yfov: yfov as f32,
+        projection: Projection::Perspective { yfov: yfov as f32 },
         aspect: None,
     }
 }

@@ -10,7 +10,7 @@ use super::container::{self, Resources};
 use super::node::{self, Node};
 use super::texture::Textures;
 use super::warnings::Warnings;
-use super::{Material, Scene, extensions, geometry, light_camera, material};
+use super::{Alpha, Material, Scene, extensions, geometry, light_camera, material};
 use crate::{Error, Result};
 
 /// Loads the default (else the first) scene of a glTF 2.0 file, `.gltf` or `.glb`, with what it
@@ -36,7 +36,7 @@ fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     let (json, bin) = container::split(bytes)?;
     check_version(&json)?;
     let mut warnings = Warnings::default();
-    extensions::check(&json, &mut warnings)?;
+    let extensions = extensions::check(&json, &mut warnings)?;
     let animations = json.get("animations").and_then(Value::as_array);
     let animated = animations.is_some_and(|animations| !animations.is_empty());
     let root = asset::typed(json)?;
@@ -47,6 +47,7 @@ fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     let mut textures = Textures::new(&asset, resources);
     let mut scene = Scene {
         materials: material::materials(&root, &mut textures, &mut warnings)?,
+        extensions,
         ..Scene::default()
     };
     scene.textures = textures.textures;
@@ -134,6 +135,11 @@ impl Scene {
 }
 
 impl Material {
+    /// Whether a ray may pass where its triangles are.
+    pub fn has_holes(&self) -> bool {
+        self.alpha != Alpha::Opaque || self.unlit
+    }
+
     /// Whether some light goes through it.
     pub fn is_transmissive(&self) -> bool {
         self.transmission > 0.0

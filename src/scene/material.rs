@@ -8,10 +8,10 @@ use gltf::json::material::{AlphaMode, NormalTexture};
 use gltf::json::texture::Info;
 use gltf::json::{self, Root};
 
-use super::Material;
 use super::asset::{Checked, valid};
 use super::texture::Textures;
 use super::warnings::Warnings;
+use super::{Alpha, Material};
 
 /// Above this a radiometric number [nit, cd, lx] or σ [1/m] would overflow f32 once multiplied.
 pub(super) const MAX_RADIANCE: f32 = 1e20;
@@ -41,7 +41,7 @@ fn material(
     let mut material = Material {
         name: json.name.clone().unwrap_or_default(),
         double_sided: json.double_sided,
-        alpha_cutoff: alpha_cutoff(json, path, warnings)?,
+        alpha: alpha(json, path, warnings)?,
         ..Material::default()
     };
     metallic_roughness(json, path, &mut material, textures, warnings)?;
@@ -58,6 +58,9 @@ fn material(
     material.emission_texture = textures.texture(info, path, "emissiveTexture", true, warnings)?;
     if let Some(extensions) = &json.extensions {
         extend(extensions, path, &mut material, textures, warnings)?;
+        if extensions.others.contains_key("KHR_materials_unlit") {
+            return Ok(unlit(material));
+        }
     }
     Ok(material)
 }
@@ -83,6 +86,21 @@ fn metallic_roughness(
     Ok(())
 }
 
+/// KHR_materials_unlit: of the material only the base colour remains.
+fn unlit(material: Material) -> Material {
+    Material {
+        name: material.name,
+        base_color: material.base_color,
+        base_color_texture: material.base_color_texture,
+        alpha: material.alpha,
+        double_sided: material.double_sided,
+        metallic: 0.0,
+        specular: 0.0,
+        unlit: true,
+        ..Material::default()
+    }
+}
+
 /// A normal texture as an ordinary one, because only there the crate knows KHR_texture_transform.
 fn normal_info(normal: &NormalTexture, path: &str) -> Checked<Info> {
     let extensions = match &normal.extensions {
@@ -98,19 +116,15 @@ fn normal_info(normal: &NormalTexture, path: &str) -> Checked<Info> {
     })
 }
 
-fn alpha_cutoff(
-    json: &json::Material,
-    path: &str,
-    warnings: &mut Warnings,
-) -> Checked<Option<f32>> {
+fn alpha(json: &json::Material, path: &str, warnings: &mut Warnings) -> Checked<Alpha> {
     let cutoff = json.alpha_cutoff.unwrap_or_default().0;
     let cutoff = factor(cutoff, 0.0..=1e6, path, "alphaCutoff", warnings);
-    let path = format_args!("{path}/alphaMode");
-    let mode = valid(json.alpha_mode, path)?;
-    if mode == AlphaMode::Blend {
-        warnings.add(path, "BLEND is not supported: opaque");
-    }
-    Ok((mode == AlphaMode::Mask).then_some(cutoff))
+    let mode = valid(json.alpha_mode, format_args!("{path}/alphaMode"))?;
+    Ok(match mode {
+        AlphaMode::Opaque => Alpha::Opaque,
+        AlphaMode::Mask => Alpha::Mask { cutoff },
+        AlphaMode::Blend => Alpha::Blend,
+    })
 }
 
 /// KHR_materials_emissive_strength, _ior, _specular, _transmission and _volume.

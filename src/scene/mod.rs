@@ -8,6 +8,7 @@ mod asset;
 mod container;
 mod extensions;
 mod geometry;
+mod instancing;
 mod light_camera;
 mod load;
 mod material;
@@ -21,6 +22,7 @@ use std::path::PathBuf;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
+pub use extensions::extensions_table;
 pub use load::load;
 
 /// A loaded scene. Units: metres, candela, lux, nit (see the README).
@@ -36,6 +38,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Never empty: without a camera in the file, one that frames the scene.
     pub cameras: Vec<Camera>,
+    /// The extensions that the file uses, and what becomes of them, in its own order.
+    pub extensions: Vec<(String, String)>,
     /// What the file asks for and lightfall does not do, each with its JSON path, each once.
     pub warnings: Vec<String>,
     /// The file, for messages.
@@ -82,8 +86,7 @@ pub struct Material {
     /// Radiance \[nit\] leaving the front face: emissiveFactor × emissiveStrength.
     pub emission: Vec3,
     pub emission_texture: Option<TextureRef>,
-    /// Fragments with alpha below this are not there. `None`: opaque.
-    pub alpha_cutoff: Option<f32>,
+    pub alpha: Alpha,
     pub double_sided: bool,
     pub ior: f32,
     /// KHR_materials_specular: factor (texture A) and colour (texture RGB).
@@ -97,6 +100,19 @@ pub struct Material {
     /// KHR_materials_volume with a thickness above 0: light refracts and is absorbed by σ [1/m]
     /// = −ln(attenuationColor) / attenuationDistance. `None`: thin-walled.
     pub absorption: Option<Vec3>,
+    /// KHR_materials_unlit: the base colour \[nit\], for the eye only. All else that has to do with light is zero.
+    pub unlit: bool,
+}
+
+/// What the base colour's alpha does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Alpha {
+    /// Nothing.
+    Opaque,
+    /// Where it is below this the surface is not there.
+    Mask { cutoff: f32 },
+    /// It is the share of the surface that is there; the rest lets light pass as it is.
+    Blend,
 }
 
 impl Default for Material {
@@ -113,7 +129,7 @@ impl Default for Material {
             normal_scale: 1.0,
             emission: Vec3::ZERO,
             emission_texture: None,
-            alpha_cutoff: None,
+            alpha: Alpha::Opaque,
             double_sided: false,
             ior: 1.5,
             specular: 1.0,
@@ -123,6 +139,7 @@ impl Default for Material {
             transmission: 0.0,
             transmission_texture: None,
             absorption: None,
+            unlit: false,
         }
     }
 }
@@ -186,14 +203,22 @@ pub enum Light {
     },
 }
 
-/// A perspective camera: looks down −Z of its own space, +Y up.
+/// A camera: looks down −Z of its own space, +Y up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     pub name: String,
     /// Rigid: scale and shear are removed.
     pub world_from_camera: Mat4,
-    /// Vertical field of view \[rad\], above 0 and below π.
-    pub yfov: f32,
+    pub projection: Projection,
     /// Width over height, where the file says.
     pub aspect: Option<f32>,
+}
+
+/// What a camera sees between the lower and the upper edge of its image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// A vertical field of view \[rad\], above 0 and below π.
+    Perspective { yfov: f32 },
+    /// `ymag` \[m\] below and above its axis, along it.
+    Orthographic { ymag: f32 },
 }

@@ -19,7 +19,7 @@ pub(super) struct Node<'a> {
 }
 
 /// All nodes of the default scene, parents before children, siblings in the file's order. Nodes
-/// that are scaled to nothing, and what hangs on them, are left out: glTF's way to hide them.
+/// that are scaled to nothing (glTF's way to hide them) or not visible are left out, with what hangs on them.
 pub(super) fn nodes<'a>(root: &'a Root, warnings: &mut Warnings) -> Checked<Vec<Node<'a>>> {
     let mut seen = vec![false; root.nodes.len()];
     let mut nodes = Vec::new();
@@ -61,7 +61,7 @@ pub(super) fn nodes<'a>(root: &'a Root, warnings: &mut Warnings) -> Checked<Vec<
                 "{path}: its place in the world is beyond {MAX_COORDINATE:e} m"
             ));
         }
-        if world_from_node.matrix3 == DMat3::ZERO {
+        if world_from_node.matrix3 == DMat3::ZERO || is_hidden(json) {
             continue;
         }
         if let Some(children) = &json.children {
@@ -79,6 +79,13 @@ pub(super) fn nodes<'a>(root: &'a Root, warnings: &mut Warnings) -> Checked<Vec<
         });
     }
     Ok(nodes)
+}
+
+/// KHR_node_visibility.
+fn is_hidden(node: &scene::Node) -> bool {
+    let extensions = node.extensions.as_ref();
+    let visibility = extensions.and_then(|all| all.others.get("KHR_node_visibility"));
+    visibility.and_then(|json| json.get("visible")?.as_bool()) == Some(false)
 }
 
 fn parent_from_node(node: &scene::Node, path: &str, warnings: &mut Warnings) -> Checked<DAffine3> {

@@ -88,10 +88,13 @@ impl<'a> Attributes<'a> {
         {
             return Err(format!("{path}/indices: must be unsigned integers"));
         }
+        let normal = open(Semantic::Normals, &[3])?;
+        // glTF 2.0, section 3.7.2.1: without normals, tangents do not count.
+        let tangent = open(Semantic::Tangents, &[4])?.filter(|_| normal.is_some());
         let attributes = Self {
             indices,
-            normal: open(Semantic::Normals, &[3])?,
-            tangent: open(Semantic::Tangents, &[4])?,
+            normal,
+            tangent,
             uv: [
                 open(Semantic::TexCoords(0), &[2])?,
                 open(Semantic::TexCoords(1), &[2])?,

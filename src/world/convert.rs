@@ -3,7 +3,7 @@
 use super::is_one_sided;
 use crate::Result;
 use crate::gpu::{Gpu, TextureArray, TextureData};
-use crate::scene::{Material, Scene, TextureRef};
+use crate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::shared::*;
 
 pub fn shading(scene: &Scene, triangle: u32, folded: u32) -> TriangleShading {
@@ -13,7 +13,7 @@ pub fn shading(scene: &Scene, triangle: u32, folded: u32) -> TriangleShading {
     if is_one_sided(material) {
         word |= TRIANGLE_ONE_SIDED;
     }
-    if material.alpha_cutoff.is_some() {
+    if material.has_holes() {
         word |= TRIANGLE_ALPHA;
     }
     TriangleShading {
@@ -33,6 +33,7 @@ pub fn vertex(v: &crate::scene::Vertex) -> VertexShading {
 }
 
 pub fn material(m: &Material) -> crate::shared::Material {
+    let flag = |is: bool, flag| if is { flag } else { 0 };
     crate::shared::Material {
         base_color: m.base_color.into(),
         emission: m.emission.into(),
@@ -43,13 +44,14 @@ pub fn material(m: &Material) -> crate::shared::Material {
         transmission: m.transmission,
         roughness: m.roughness,
         ior: m.ior,
-        alpha_cutoff: m.alpha_cutoff.unwrap_or(0.0),
-        normal_scale: m.normal_scale,
-        flags: if m.absorption.is_some() {
-            MATERIAL_SOLID
-        } else {
-            0
+        alpha_cutoff: match m.alpha {
+            Alpha::Mask { cutoff } => cutoff,
+            Alpha::Opaque | Alpha::Blend => 0.0,
         },
+        normal_scale: m.normal_scale,
+        flags: flag(m.absorption.is_some(), MATERIAL_SOLID)
+            | flag(m.alpha == Alpha::Blend, MATERIAL_BLEND)
+            | flag(m.unlit, MATERIAL_UNLIT),
     }
 }
 

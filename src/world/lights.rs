@@ -43,6 +43,14 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
             lights.push(light);
         }
     }
+    if lights.is_empty() && scene.materials.iter().any(|m| m.unlit) {
+        // Nothing needs light; a dark one spares all passes the case of none.
+        fluxes.push(1.0);
+        lights.push(Light {
+            kind: LIGHT_POINT,
+            ..Default::default()
+        });
+    }
     if lights.is_empty() {
         return Err(Error::scene(
             &scene.path,

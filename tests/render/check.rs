@@ -4,7 +4,7 @@ use glam::{Vec3, vec3};
 use lightfall::gpu::{Gpu, OpenOptions};
 use lightfall::image::Picture;
 use lightfall::render::Renderer;
-use lightfall::scene::Scene;
+use lightfall::scene::{Projection, Scene};
 use lightfall::settings::{Direct, Length, Settings, Trace};
 use lightfall::technique::{Row, TECHNIQUES};
 use std::ops::Deref;
@@ -151,17 +151,18 @@ pub fn block_means(pixels: &[f32]) -> Vec<f64> {
 pub fn expected(scene: &Scene, edge: u32, radiance: impl Fn(Vec3, Vec3) -> Vec3) -> Vec<f32> {
     const STRATA: u32 = 4;
     let camera = &scene.cameras[0];
-    let eye = camera.world_from_camera.w_axis.truncate();
-    let tan = (camera.yfov * 0.5).tan();
+    let world_from_camera = camera.world_from_camera;
     let ndc = |i: u32| (i as f32 + 0.5) / (edge * STRATA) as f32 * 2.0 - 1.0;
     let mut image = vec![0.0; (edge * edge * 3) as usize];
     for y in 0..edge * STRATA {
         for x in 0..edge * STRATA {
-            let d = vec3(ndc(x) * tan, -ndc(y) * tan, -1.0);
-            let l = radiance(
-                eye,
-                camera.world_from_camera.transform_vector3(d).normalize(),
-            );
+            let aside = vec3(ndc(x), -ndc(y), 0.0);
+            let (eye, d) = match camera.projection {
+                Projection::Perspective { yfov } => (Vec3::ZERO, aside * (yfov * 0.5).tan()),
+                Projection::Orthographic { ymag } => (aside * ymag, Vec3::ZERO),
+            };
+            let d = world_from_camera.transform_vector3(d - Vec3::Z);
+            let l = radiance(world_from_camera.transform_point3(eye), d.normalize());
             let at = (y / STRATA * edge + x / STRATA) as usize * 3;
             for c in 0..3 {
                 image[at + c] += l[c] / (STRATA * STRATA) as f32;

@@ -3,7 +3,7 @@
 use crate::check::{check, check_photons, settings};
 use crate::shapes::*;
 use glam::{Vec3, vec3};
-use lightfall::scene::{Light, Scene};
+use lightfall::scene::{Alpha, Light, Material, Scene};
 use std::f32::consts::PI;
 
 pub const ALBEDO: Vec3 = vec3(0.8, 0.5, 0.3);
@@ -87,11 +87,10 @@ fn corner_factor(x: f32, z: f32) -> f32 {
 }
 
 /// L = ρ Lₑ F with the form factor F of a rectangle. Its back is to the camera, and is not there.
-#[test]
-fn a_square_lamp_over_a_floor() {
-    let (height, half, emitted) = (0.7, 0.4, vec3(3.0, 5.0, 7.0));
+fn check_square_lamp(lamp: Material, emitted: Vec3) {
+    let (height, half) = (0.7, 0.4);
     let mut scene = floor_scene(1.5, 0.6);
-    let shine = material(&mut scene, lamp(emitted));
+    let shine = material(&mut scene, lamp);
     quad(
         &mut scene,
         Vec3::Y * height,
@@ -107,6 +106,24 @@ fn a_square_lamp_over_a_floor() {
         }
         ALBEDO * emitted * factor
     });
+}
+
+#[test]
+fn a_square_lamp_over_a_floor() {
+    let emitted = vec3(3.0, 5.0, 7.0);
+    check_square_lamp(lamp(emitted), emitted);
+}
+
+/// A lamp shines where it is there.
+#[test]
+fn a_blended_lamp_shines_by_its_alpha() {
+    let emitted = vec3(3.0, 5.0, 7.0);
+    let blended = Material {
+        base_color: Vec3::ZERO.extend(0.25),
+        alpha: Alpha::Blend,
+        ..lamp(emitted)
+    };
+    check_square_lamp(blended, emitted * 0.25);
 }
 
 /// Shading normals stand for a smooth surface: with all normals tilted, L = ρ E cosθₛ / π.

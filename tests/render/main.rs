@@ -2,11 +2,14 @@
 //! every traversal that the device has. One binary, so that it links once.
 
 mod accuracy;
+mod blend;
+mod cameras;
 mod check;
 mod closed_forms;
 mod convergence;
 mod estimators;
 mod furnace;
+mod khronos;
 mod limits;
 mod optics;
 mod partition;

@@ -1,7 +1,7 @@
 //! Scenes in a few lines: materials, quads, boxes, spheres, cameras.
 
 use glam::{Mat4, Vec2, Vec3, Vec4, vec2};
-use lightfall::scene::{Camera, Material, Scene, Triangle, Vertex};
+use lightfall::scene::{Camera, Material, Projection, Scene, Triangle, Vertex};
 use std::collections::HashMap;
 
 /// Diffuse and nothing else.
@@ -217,7 +217,7 @@ pub fn camera(scene: &mut Scene, eye: Vec3, target: Vec3, yfov: f32) {
             -forward.extend(0.0),
             eye.extend(1.0),
         ),
-        yfov,
+        projection: Projection::Perspective { yfov },
         aspect: None,
     }];
 }

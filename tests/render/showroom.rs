@@ -5,11 +5,11 @@ use crate::shapes::*;
 use glam::{Vec3, vec3};
 use lightfall::gpu::Gpu;
 use lightfall::render::Renderer;
-use lightfall::scene::{Image, Light, Material, Scene, Texture, TextureRef, Wrap};
+use lightfall::scene::{Alpha, Image, Light, Material, Scene, Texture, TextureRef, Wrap};
 use lightfall::settings::{Direct, Settings, Trace};
 
-/// A room with a lamp, a glass ball, a mirror ball, rough metal, plastic, a checkered board with
-/// holes, and a spot light. Without the board where the device has no textures.
+/// A room with a lamp, a glass ball, a mirror ball, rough metal, plastic, a blended sheet, an unlit one, a
+/// checkered board with holes, and a spot light. Without the board where the device has no textures.
 pub fn showroom(gpu: &Gpu) -> Scene {
     let mut scene = Scene {
         hash: [7; 32],
@@ -48,6 +48,32 @@ pub fn showroom(gpu: &Gpu) -> Scene {
         vec3(-0.5, -0.7, -0.6),
         vec3(0.2, 0.3, 0.2),
         brass,
+    );
+    let veil = Material {
+        base_color: vec3(0.3, 0.3, 0.8).extend(0.4),
+        alpha: Alpha::Blend,
+        double_sided: true,
+        ..lambertian(Vec3::ONE)
+    };
+    let veil = material(&mut scene, veil);
+    let sign = Material {
+        unlit: true,
+        ..lambertian(vec3(0.1, 0.9, 0.2))
+    };
+    let sign = material(&mut scene, sign);
+    quad(
+        &mut scene,
+        vec3(0.1, 0.0, 0.3),
+        vec3(0.7, 0.0, 0.2),
+        Vec3::Y * 0.9,
+        veil,
+    );
+    quad(
+        &mut scene,
+        vec3(-0.7, 0.3, -0.2),
+        Vec3::X * 0.2,
+        Vec3::Y * 0.2,
+        sign,
     );
     if gpu.info().caps.descriptor_indexing {
         let board = board(&mut scene);
@@ -95,7 +121,7 @@ fn board(scene: &mut Scene) -> u32 {
         scene,
         Material {
             base_color_texture: Some(reference),
-            alpha_cutoff: Some(0.5),
+            alpha: Alpha::Mask { cutoff: 0.5 },
             double_sided: true,
             ..lambertian(Vec3::ONE)
         },

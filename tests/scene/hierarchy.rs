@@ -1,7 +1,7 @@
 //! Nodes, scenes, cameras and lights.
 
 use glam::Vec3;
-use lightfall::scene::Light;
+use lightfall::scene::{Light, Projection};
 use serde_json::{Value, json};
 
 use crate::document::{Document, corners, load_files, near};
@@ -87,10 +87,13 @@ fn default_camera_frames_the_box() {
     let [camera] = &scene.cameras[..] else {
         panic!()
     };
-    assert!((camera.yfov.to_degrees() - 45.0).abs() < 1e-4);
+    let Projection::Perspective { yfov } = camera.projection else {
+        panic!()
+    };
+    assert!((yfov.to_degrees() - 45.0).abs() < 1e-4);
     let camera_from_world = camera.world_from_camera.inverse();
     let (low, high) = scene.bounds();
-    let limit = (camera.yfov / 2.0).tan();
+    let limit = (yfov / 2.0).tan();
     let mut widest = 0f32;
     for corner in 0..8 {
         let pick = |bit: usize| {
@@ -115,26 +118,47 @@ fn cameras_are_rigid() {
     let mut document = Document::triangle();
     document.json["cameras"] = json!([
         {"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "aspectRatio": 1.5}},
-        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 1, "znear": 0}},
+        {"type": "orthographic", "orthographic": {"xmag": 3, "ymag": -2, "zfar": 1, "znear": 0}},
     ]);
     document.json["nodes"] = json!([{"mesh": 0}, {"camera": 1},
         {"scale": [-3, 2, 5], "children": [3]}, {"camera": 0, "name": "eye", "translation": [1, 0, 0]}]);
     document.json["scenes"][0]["nodes"] = json!([0, 1, 2]);
     let scene = document.load();
-    let [camera] = &scene.cameras[..] else {
+    let bytes = document.bytes.clone();
+    let [flat, camera] = &scene.cameras[..] else {
         panic!()
     };
     assert_eq!(
-        (camera.name.as_str(), camera.yfov, camera.aspect),
-        ("eye", 0.8, Some(1.5))
+        (flat.projection, flat.aspect),
+        (Projection::Orthographic { ymag: 2.0 }, Some(1.5))
+    );
+    assert_eq!(
+        (camera.name.as_str(), camera.projection, camera.aspect),
+        ("eye", Projection::Perspective { yfov: 0.8 }, Some(1.5))
     );
     let m = camera.world_from_camera;
     assert!((m.determinant() - 1.0).abs() < 1e-5);
     assert!(near(m.z_axis.truncate(), Vec3::Z) && near(m.y_axis.truncate(), Vec3::Y));
     assert!(near(m.w_axis.truncate(), Vec3::new(-3., 0., 0.)));
     assert_eq!(scene.warnings.len(), 1);
-    assert!(scene.warnings[0].starts_with("/cameras/1: "));
+    assert!(scene.warnings[0].starts_with("/cameras/1/orthographic/ymag: "));
 
+    for lens in [
+        json!({"xmag": 0, "ymag": 1, "zfar": 1, "znear": 0}),
+        json!({"xmag": 1, "ymag": 1e30, "zfar": 1, "znear": 0}),
+    ] {
+        let mut document = document.json.clone();
+        document["cameras"][1]["orthographic"] = lens;
+        let fault = Document {
+            json: document,
+            bytes: bytes.clone(),
+        }
+        .fault();
+        assert!(
+            fault.contains("/cameras/1/orthographic/") && fault.contains("mag: "),
+            "{fault}"
+        );
+    }
     for lens in [
         json!({"yfov": 0, "znear": 1}),
         json!({"yfov": 4, "znear": 1}),
@@ -217,4 +241,81 @@ fn lights_stand_where_their_nodes_are() {
             .contains("/extensions/KHR_lights_punctual/lights/0/spot")
     );
     assert!(light(json!({"type": "laser"})).is_err());
+}
+
+#[test]
+fn instances_stand_where_their_attributes_say() {
+    let mut document = Document::triangle();
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let translation = document.floats(&[[0f32, 0., 5.], [1., 0., 0.], [9., 9., 9.]]);
+    // 90° about x, as normalized integers.
+    let view = document.view(
+        &[0i16, 0, 0, 32767, 23170, 0, 0, 23170, 0, 0, 0, 32767]
+            .map(i16::to_le_bytes)
+            .concat(),
+    );
+    let rotation = document.push(
+        "accessors",
+        json!({"bufferView": view, "componentType": 5122, "normalized": true, "count": 3, "type": "VEC4"}),
+    );
+    let scale = document.floats(&[[1f32, 1., 1.], [2., 2., -2.], [0., 0., 0.]]);
+    let two = document.floats(&[[1f32; 3]; 2]);
+    document.json["nodes"][0]["translation"] = json!([0, 10, 0]);
+    document.json["nodes"][0]["rotation"] = json!([0, half, 0, half]);
+    let attributes = json!({"TRANSLATION": translation, "ROTATION": rotation, "SCALE": scale});
+    document.json["nodes"][0]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": attributes}});
+    document.json["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
+    let scene = document.load();
+    assert_eq!(
+        scene.triangles.len(),
+        2,
+        "one instance is scaled to nothing"
+    );
+    // The node turns x to −z and z to x.
+    let (corners_0, normal) = corners(&scene, 0);
+    assert!(
+        near(corners_0[0], Vec3::new(5., 10., 0.)) && near(corners_0[1], Vec3::new(5., 10., -1.))
+    );
+    assert!(near(normal, Vec3::X));
+    // The second turns y to z and mirrors: its face turns round with it.
+    let (corners_1, normal) = corners(&scene, 1);
+    let expected = [[0., 10., -1.], [0., 10., -3.], [2., 10., -1.]].map(Vec3::from);
+    for expected in expected {
+        let off = |p: &Vec3| p.distance(expected) < 1e-3;
+        assert!(
+            corners_1.iter().any(off),
+            "{expected} is not in {corners_1:?}"
+        );
+    }
+    let vertex = scene.vertices[scene.triangles[1].vertices[0] as usize];
+    assert!(vertex.normal_w.dot(normal) > 0.999, "{vertex:?}, {normal}");
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+
+    for (key, accessor, words) in [
+        ("SCALE", json!(two), "different counts"),
+        ("SCALE", json!(rotation), "does not allow"),
+        ("ROTATION", json!(-1), "must be an index"),
+        ("TRANSLATION", json!(99), "is 99"),
+    ] {
+        let mut document = Document {
+            json: document.json.clone(),
+            bytes: document.bytes.clone(),
+        };
+        document.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"][key] =
+            accessor;
+        let fault = document.fault();
+        let path = "/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes";
+        assert!(fault.contains(path) && fault.contains(words), "{fault}");
+    }
+}
+
+#[test]
+fn what_is_not_visible_is_left_out_with_its_children() {
+    let mut document = Document::triangle();
+    let hidden = json!({"KHR_node_visibility": {"visible": false}});
+    document.json["nodes"] = json!([{"mesh": 0}, {"extensions": hidden, "mesh": 0, "children": [2]},
+        {"mesh": 0}, {"mesh": 0, "extensions": {"KHR_node_visibility": {"visible": true}}}]);
+    document.json["scenes"][0]["nodes"] = json!([0, 1, 3]);
+    assert_eq!(document.load().triangles.len(), 2);
 }

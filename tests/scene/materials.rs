@@ -1,7 +1,7 @@
 //! Materials and extensions.
 
 use glam::{Vec3, Vec4};
-use lightfall::scene::Material;
+use lightfall::scene::{Alpha, Material};
 use serde_json::{Value, json};
 
 use crate::document::Document;
@@ -31,7 +31,7 @@ fn material_extensions_have_their_values() {
         metallic: 0.5,
         roughness: 0.125,
         emission: Vec3::new(4., 8., 0.),
-        alpha_cutoff: Some(0.25),
+        alpha: Alpha::Mask { cutoff: 0.25 },
         double_sided: true,
         ior: 1.75,
         specular: 0.5,
@@ -80,11 +80,10 @@ fn factors_out_of_range_are_moved_and_named() {
         (material.roughness, material.metallic, material.ior),
         (0.0, 1.0, 1.0)
     );
-    assert_eq!(material.alpha_cutoff, None);
+    assert_eq!(material.alpha, Alpha::Blend);
     for path in [
         "/materials/0/pbrMetallicRoughness/roughnessFactor: ",
         "/materials/0/pbrMetallicRoughness/metallicFactor: ",
-        "/materials/0/alphaMode: ",
         "/materials/0/extensions/KHR_materials_ior/ior: ",
         "/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength: ",
     ] {
@@ -95,7 +94,7 @@ fn factors_out_of_range_are_moved_and_named() {
             .count();
         assert_eq!(count, 1, "{path}: {:?}", scene.warnings);
     }
-    assert_eq!(scene.warnings.len(), 5);
+    assert_eq!(scene.warnings.len(), 4);
 
     document.json["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = json!("high");
     let fault = document.fault();
@@ -122,7 +121,7 @@ fn extensions_are_done_ignored_or_refused() {
     for (name, fix) in [
         ("EXT_other", "EXT_other"),
         ("KHR_materials_clearcoat", "clearcoat"),
-        ("EXT_mesh_gpu_instancing", "instancing"),
+        ("KHR_materials_sheen", "take it out of extensionsRequired"),
         ("KHR_draco_mesh_compression", "npx @gltf-transform/cli copy"),
         ("EXT_meshopt_compression", "npx @gltf-transform/cli copy"),
         ("KHR_texture_basisu", "npx @gltf-transform/cli"),
@@ -134,8 +133,34 @@ fn extensions_are_done_ignored_or_refused() {
             "{fault}"
         );
     }
-    document.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
-    document.load();
+    document.json["extensionsRequired"] = json!(["KHR_mesh_quantization", "MSFT_lod", "KHR_xmp"]);
+    let extensions = document.load().extensions;
+    let clearcoat = ("KHR_materials_clearcoat", "ignored: there is no coat");
+    let other = ("EXT_other", "unknown here and ignored");
+    let transform = ("KHR_texture_transform", "supported");
+    let expected = [clearcoat, other, transform].map(|(a, b)| (a.into(), b.into()));
+    assert_eq!(extensions, expected);
+}
+
+#[test]
+fn of_an_unlit_material_the_base_color_remains() {
+    let mut document = Document::triangle();
+    document.material(
+        json!({"doubleSided": true, "alphaMode": "BLEND", "emissiveFactor": [1, 1, 1],
+        "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "roughnessFactor": 0},
+        "extensions": {"KHR_materials_unlit": {},
+            "KHR_materials_transmission": {"transmissionFactor": 1}}}),
+    );
+    let expected = Material {
+        base_color: Vec4::new(0.1, 0.2, 0.3, 0.4),
+        alpha: Alpha::Blend,
+        double_sided: true,
+        metallic: 0.0,
+        specular: 0.0,
+        unlit: true,
+        ..Material::default()
+    };
+    assert_eq!(document.load().materials, [expected]);
 }
 
 #[test]

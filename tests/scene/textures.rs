@@ -49,6 +49,28 @@ fn textures_come_with_sampler_and_transform() {
 }
 
 #[test]
+fn images_of_few_channels_and_many_bits_become_rgba8() {
+    use image::{DynamicImage, GrayAlphaImage, ImageBuffer, Luma, LumaA, Rgb};
+    let grey = ImageBuffer::from_pixel(3, 1, Luma([0x8000u16]));
+    let deep = ImageBuffer::from_pixel(3, 1, Rgb([0u16, 0xffff, 0x4000]));
+    let pale = GrayAlphaImage::from_pixel(3, 1, LumaA([7, 9]));
+    for (image, expected) in [
+        (DynamicImage::from(grey), [128, 128, 128, 255]),
+        (DynamicImage::from(deep), [0, 255, 64, 255]),
+        (DynamicImage::from(pale), [7, 7, 7, 9]),
+    ] {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+        let mut document = Document::square(true);
+        let view = document.view(&bytes.into_inner());
+        document.json["images"] = json!([{"bufferView": view}]);
+        document.json["textures"] = json!([{"source": 0}]);
+        document.material(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+        assert_eq!(document.load().images[0].rgba, expected.repeat(3));
+    }
+}
+
+#[test]
 fn tangents_follow_the_image_where_a_normal_map_needs_them() {
     let mut document = Document::square(false);
     let plain = document.load();
@@ -71,9 +93,13 @@ fn tangents_follow_the_image_where_a_normal_map_needs_them() {
         assert!(near(vertex.tangent_w.truncate(), Vec3::NEG_X) && vertex.tangent_w.w == -1.0);
         assert_eq!(vertex.normal_w, Vec3::Z);
     }
-    // Those of the file, where it has them.
+    // Those of the file, where it has them, unless it has no normals.
     document.json["nodes"] = json!([{"mesh": 0}]);
     document.attribute("TANGENT", &[[0., 2., 0., -1.]; 4]);
+    for vertex in &document.load().vertices {
+        assert!(near(vertex.tangent_w.truncate(), Vec3::X), "{vertex:?}");
+    }
+    document.attribute("NORMAL", &[[0., 0., 1.]; 4]);
     for vertex in &document.load().vertices {
         assert_eq!(vertex.tangent_w, Vec4::new(0., 1., 0., -1.));
     }
