@@ -19,7 +19,7 @@ mod warnings;
 
 use std::path::PathBuf;
 
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{DVec3, Mat4, Vec2, Vec3, Vec4};
 
 pub use load::load;
 
@@ -36,6 +36,9 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Never empty: without a camera in the file, one that frames the scene.
     pub cameras: Vec<Camera>,
+    /// Where all positions here are measured from, in the file's world [m]: zero, or the middle of a scene that
+    /// lies so far out that f32 would lose its detail.
+    pub origin: DVec3,
     /// What the file asks for and lightfall does not do, each with its JSON path, each once.
     pub warnings: Vec<String>,
     /// The file, for messages.
@@ -44,7 +47,7 @@ pub struct Scene {
     pub hash: [u8; 32],
 }
 
-/// One vertex in world space.
+/// One vertex in world space, seen from [`Scene::origin`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Vertex {
     pub position_w: Vec3,
