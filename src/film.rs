@@ -101,20 +101,19 @@ pub fn resumed_layer<'a>(layers: &'a [Layer], name: &str, floats: usize) -> Resu
 impl Film {
     /// Black, of the view's size.
     pub fn new(gpu: &Gpu, view: &View) -> Result<Self> {
-        let pixels = vec![FilmPixel::default(); view.pixel_count()];
-        Ok(Self {
+        let film = Self {
             pass: gpu.pass("film", spirv("film")?, &[], None)?,
-            pixels: gpu.upload("film", &pixels)?,
-        })
+            pixels: gpu.buffer("film", view.pixel_count())?,
+        };
+        film.clear(gpu)?;
+        Ok(film)
     }
 
     /// Black again.
     pub fn clear(&self, gpu: &Gpu) -> Result<()> {
-        gpu.write(
-            &self.pixels,
-            0,
-            &vec![FilmPixel::default(); self.pixels.len()],
-        )
+        let mut commands = gpu.commands()?;
+        commands.fill(&self.pixels, 0);
+        commands.submit().map(drop)
     }
 
     /// Adds the iteration in `view.pixels`.

@@ -75,6 +75,7 @@ impl Renderer {
             false => 0,
         };
         let max_depth = settings.max_depth;
+        check_photons(paths, max_depth)?;
         let rays = settings.direct != Direct::Photons;
         let direct = if rays { FEATURE_DIRECT_RAYS } else { 0 };
 
@@ -321,6 +322,20 @@ fn default_size(camera: &Camera) -> [u32; 2] {
     const WIDTH: f32 = 1024.0;
     let aspect = camera.aspect.unwrap_or(16.0 / 9.0).clamp(1.0 / 16.0, 16.0);
     [WIDTH as u32, (WIDTH / aspect).round() as u32]
+}
+
+/// A photon's number takes 31 bits.
+fn check_photons(paths: u32, max_depth: u32) -> Result<()> {
+    let most = (1 << 31) / max_depth.max(1);
+    if paths <= most {
+        return Ok(());
+    }
+    Err(Error::Option {
+        option: "--photons",
+        fault: format!(
+            "{paths} light paths of up to {max_depth} edges could leave more than 2^31 photons: at most {most}"
+        ),
+    })
 }
 
 /// As many as pixels, about: between 60 000 and 200 000 light paths at 256 × 256 the error for the time

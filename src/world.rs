@@ -147,6 +147,13 @@ impl World {
         0.5 * (self.bounds_w.1 - self.bounds_w.0).length()
     }
 
+    /// Lengths (m) below this are lost in the rounding of positions: 16 steps of the float grid at the largest
+    /// coordinate, which is also how far rays start above a surface.
+    pub fn resolution(&self) -> f32 {
+        let (min, max) = self.bounds_w;
+        8.0 * f32::EPSILON * min.abs().max(max.abs()).max_element()
+    }
+
     /// The part of a shader's stem that names this world's variant.
     pub fn variant(&self) -> &'static str {
         match (self.trace, self.textures.is_some()) {

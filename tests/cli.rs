@@ -378,3 +378,29 @@ fn compare_measures_and_judges() {
         fails(&[&["compare", &a, &b], &bad[..]].concat(), 2);
     }
 }
+
+/// A limit on the size of files stands for the disk: writing fails in the middle of a file. Without a device, whose memory
+/// some drivers keep in files.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_the_image_before() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    write_grey(&at("test.exr"), 0.5);
+    write_grey(&at("reference.exr"), 0.25);
+    for name in ["error.exr", "error.png"] {
+        fs::write(at(name), "the last good image").unwrap();
+        let compare = "trap '' XFSZ; ulimit -f 0; exec \"$0\" compare test.exr reference.exr -o $1";
+        let output = Command::new("sh")
+            .args(["-c", compare, env!("CARGO_BIN_EXE_lightfall"), name])
+            .current_dir(dir.path())
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.starts_with(&format!("error: {name}: ")), "{stderr}");
+        assert_eq!(fs::read(at(name)).unwrap(), b"the last good image");
+    }
+    let left = fs::read_dir(dir.path()).unwrap().count();
+    assert_eq!(left, 4, "no temporary file");
+}

@@ -48,10 +48,11 @@ void main() {
     update3(film.caustic, film.caustic_low, x.caustic, n);
     update3(film.global, film.global_low, x.global, n);
     float after = luminance(film.emission + film.direct + film.caustic + film.global);
-    update(film.variance, film.variance_low, (y - before) * (y - after), n);
+    // The square of 1e20 nit is no float.
+    update(film.variance, film.variance_low, min((y - before) * (y - after), 1e38), n);
     float bias = x.bias[MAP_CAUSTIC] + x.bias[MAP_GLOBAL], bias_before = film.bias;
     update(film.bias, film.bias_low, bias, n);
-    update(film.bias_variance, film.bias_variance_low, (bias - bias_before) * (bias - film.bias), n);
+    update(film.bias_variance, film.bias_variance_low, min((bias - bias_before) * (bias - film.bias), 1e38), n);
 
     update3(film.albedo, film.albedo_low, x.albedo, n);
     update3(film.normal_w, film.normal_w_low, x.normal_w, n);

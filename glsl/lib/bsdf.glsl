@@ -52,13 +52,17 @@ vec3 schlick(vec3 f0, vec3 f90, float cos_theta) {
     return f0 + (f90 - f0) * (m2 * m2 * m);
 }
 
+// (η cos θ_t)² by Snell's law, below 0 where reflection is total. Not by way of 1 - sin², which has no digits left at
+// grazing angles, nor where η is nearly 1.
+float refracted2(float cos_i, float eta) { return (eta - 1.0) * (eta + 1.0) + cos_i * cos_i; }
+
 // Unpolarised reflectance between indices 1 (side of cos_i) and eta.
 float fresnel_dielectric(float cos_i, float eta) {
-    float sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
-    if (sin2_t >= 1.0) return 1.0;
-    float cos_t = sqrt(1.0 - sin2_t);
-    float rs = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-    float rp = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    float k = refracted2(cos_i, eta);
+    if (k <= 0.0) return 1.0;
+    float eta_cos_t = sqrt(k), eta2_cos_i = eta * eta * cos_i;
+    float rs = (cos_i - eta_cos_t) / (cos_i + eta_cos_t);
+    float rp = (eta2_cos_i - eta_cos_t) / (eta2_cos_i + eta_cos_t);
     return 0.5 * (rs * rs + rp * rp);
 }
 
@@ -114,8 +118,7 @@ float smith_g2_over_g1(float cos_o, float cos_i, float alpha) {
 
 vec3 refract_about(vec3 wo, vec3 h, float eta) {
     float c = dot(wo, h);
-    float k = 1.0 - (1.0 - c * c) / (eta * eta);
-    return normalize(h * (c / eta - sqrt(max(k, 0.0))) - wo / eta);
+    return normalize(h * (c - sqrt(max(refracted2(c, eta), 0.0))) - wo);
 }
 
 // The lobes given the cosine between wo and the microfacet, and in what proportion they are chosen:

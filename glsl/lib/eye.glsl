@@ -40,6 +40,8 @@ struct EyePath {
     vec3 origin_w;
     vec3 direction_w;
     vec3 throughput;
+    // What refraction has scaled radiance by, so far, inverted: η² of where the path is.
+    float refraction;
     // What absorbs where the path is [1/m].
     vec3 medium;
     uint edges;
@@ -72,6 +74,7 @@ EyePath begin_eye_path(Frame frame, uvec2 pixel, uint index) {
     path.edges = 0u;
     camera_ray(frame, pixel, next_pair(path, 0u), path.origin_w, path.direction_w);
     path.throughput = vec3(1.0);
+    path.refraction = 1.0;
     path.medium = vec3(0.0);
     path.length_w = 0.0;
     path.layer = LAYER_EMISSION;
@@ -106,7 +109,7 @@ bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface 
     if (max_component(s.emission) > 0.0) {
         float weight = 1.0;
         if (path.pdf_solid_angle > 0.0)
-            weight = path.pdf_solid_angle / (path.pdf_solid_angle + light_pdf_solid_angle(world, triangle, path.direction_w, hit.distance_w));
+            weight = 1.0 / (1.0 + light_pdf_solid_angle(world, triangle, path.direction_w, hit.distance_w) / path.pdf_solid_angle);
         add_light(seen, path.layer, path.throughput * s.emission * weight);
     }
     return true;
@@ -132,9 +135,11 @@ BsdfSample next_event(Surface s, bool diffuse, inout EyePath path) {
 bool depart(Surface s, BsdfSample event, inout EyePath path) {
     path.throughput *= event.weight;
     if (event.lobe == LOBE_NONE || !(max_component(path.throughput) > 0.0)) return false;
-    // Long paths: the same roulette as photons play, from the fourth event on.
+    if (event.lobe == LOBE_TRANSMISSION && s.solid) path.refraction *= square(relative_ior(s));
+    // Long paths: the same roulette as photons play, from the fourth event on. What refraction takes from radiance it
+    // gives back where the path leaves.
     if (path.edges >= 4u) {
-        float survival = min(1.0, average(path.throughput));
+        float survival = min(1.0, average(path.throughput) * path.refraction);
         if (next4(path.rng).x >= survival) return false;
         path.throughput /= survival;
     }

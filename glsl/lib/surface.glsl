@@ -125,8 +125,8 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     s.coverage = HAS_BLEND && (m.flags & MATERIAL_BLEND) != 0u ? max(color.a, 5.9604644775390625e-8) : 1.0;
     s.metallic = metallic;
     s.transmission = HAS_TRANSMISSION ? transmission : 0.0;
-    // Below, its square leaves f32: 0/0 in the microfacet distribution.
-    s.alpha = roughness > 1e-5 ? roughness * roughness : 0.0;
+    // A narrower lobe is lost in the rounding of directions, which are unit vectors of f32.
+    s.alpha = roughness > 1e-3 ? roughness * roughness : 0.0;
     s.f0 = min(square((m.ior - 1.0) / (m.ior + 1.0)) * specular_color, vec3(1.0)) * specular;
     s.f90 = specular;
     s.ior = m.ior;

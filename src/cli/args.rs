@@ -169,7 +169,7 @@ pub struct RenderArgs {
     pub quality: Quality,
 
     /// Stop at N iterations, those of a resumed image included
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=u64::from(u32::MAX)))]
     pub iterations: Option<u64>,
 
     /// Stop after this long: 90, 90s, 1.5m, 2h; an iteration once begun is finished

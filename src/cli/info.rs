@@ -45,7 +45,7 @@ fn summary(scene: &Scene) -> String {
                 "{i} '{}': {}{aspect}, at {}",
                 camera.name,
                 projection(camera.projection),
-                metres(position_w.truncate()),
+                metres(scene, position_w.truncate()),
             ),
         );
     }
@@ -91,10 +91,12 @@ fn bounds(scene: &Scene) -> String {
     let positions_w = || scene.vertices.iter().map(|v| v.position_w);
     let low = positions_w().fold(Vec3::INFINITY, Vec3::min);
     let high = positions_w().fold(Vec3::NEG_INFINITY, Vec3::max);
-    format!("{} to {}", metres(low), metres(high))
+    format!("{} to {}", metres(scene, low), metres(scene, high))
 }
 
-fn metres(point_w: Vec3) -> String {
+/// In the file's world.
+fn metres(scene: &Scene, point_w: Vec3) -> String {
+    let point_w = (scene.origin + point_w.as_dvec3()).as_vec3();
     format!("({}, {}, {}) m", point_w.x, point_w.y, point_w.z)
 }
 

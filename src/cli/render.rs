@@ -6,13 +6,13 @@ use super::{
 };
 use crate::{
     Error, Result,
-    gpu::{Gpu, OpenOptions},
+    gpu::{Commands, Gpu, OpenOptions},
     image::{check_output, read_picture, write},
     render::Renderer,
     scene::{self, Scene},
 };
 use serde_json::{Map, Value, json};
-use std::io::Write;
+use std::{io::Write, time::Instant};
 
 /// Renders until the limit or an interrupt and writes all outputs.
 pub fn run(args: &RenderArgs) -> Result<Outcome> {
@@ -64,19 +64,29 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
             &format!("nothing to add: the image has {done} iterations"),
         );
     }
+    let start = Instant::now();
     let mut progress = Progress::start(limit, &renderer, args.quiet, args.json);
-    while !progress.limit_reached(&renderer) && !interrupt::requested() {
-        renderer.iterate()?;
-        progress.update(&renderer)?;
+    let mut result = Ok(());
+    while result.is_ok() && !progress.limit_reached(&renderer) && !interrupt::requested() {
+        result = renderer.iterate().and_then(|()| progress.update(&renderer));
     }
     progress.finish();
 
     let interrupted = !progress.limit_reached(&renderer);
     if renderer.iterations() == 0 {
-        return Ok(Outcome::Interrupted);
+        return result.map(|()| Outcome::Interrupted);
+    }
+    let before = resumed.map_or(0.0, |picture| picture.metadata.seconds);
+    if let Err(error) = result {
+        // Out of memory costs one iteration, not those before it. A lost device answers nothing more.
+        let answers = gpu.commands().and_then(Commands::submit).is_ok();
+        if answers && let Err(fault) = save(args, &renderer, before + start.elapsed().as_secs_f64())
+        {
+            complain(&format!("error: {fault}"));
+        }
+        return Err(error);
     }
     let status = progress.status(&renderer)?;
-    let before = resumed.map_or(0.0, |picture| picture.metadata.seconds);
     save(args, &renderer, before + status.elapsed.as_secs_f64())?;
     report(args, &scene, &renderer, &status, limit.error, interrupted);
 

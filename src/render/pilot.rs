@@ -2,10 +2,10 @@
 //! whether culling pays, and how many photons the buffers must hold.
 
 use super::engine::{Engine, Ledger64};
-use crate::Result;
 use crate::gpu::Timings;
 use crate::settings::{Length, Settings, Switch};
 use crate::shared::ViewSample;
+use crate::{Error, Result};
 use glam::{IVec3, Vec3};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
@@ -28,16 +28,21 @@ pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
     let stored = photons[0].len() + photons[1].len();
 
     let pixel = pixel_footprint(&samples).unwrap_or(engine.world.radius() * 1e-3);
-    let wishes = [settings.caustic_radius, settings.radius];
-    for map in 0..2 {
-        let radius = match wishes[map] {
-            Some(Length::World(radius)) => radius,
-            Some(Length::Pixels(pixels)) => pixels * pixel,
+    let least = engine.world.resolution();
+    let wishes = [
+        ("--caustic-radius", settings.caustic_radius),
+        ("--radius", settings.radius),
+    ];
+    for (map, (option, wish)) in wishes.into_iter().enumerate() {
+        let radius = match wish {
+            Some(Length::World(radius)) => at_least(least, radius, option)?,
+            Some(Length::Pixels(pixels)) => at_least(least, pixels * pixel, option)?,
             None => {
                 let probe = PIXELS[map].end() * pixel;
                 let found = median_found(&samples, &photons[map], probe).unwrap_or(0.0);
                 let wanted = (WANTED[map] / found.max(1e-3)).sqrt() * PIXELS[map].end();
-                round(wanted.clamp(*PIXELS[map].start(), *PIXELS[map].end()) * pixel)
+                let wanted = wanted.clamp(*PIXELS[map].start(), *PIXELS[map].end()) * pixel;
+                round(wanted.max(2.0 * least))
             }
         };
         engine.first_radius2[map] = f64::from(radius) * f64::from(radius);
@@ -56,6 +61,19 @@ pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
     engine.timings = Timings::new();
     engine.ledger = Ledger64::default();
     Ok(())
+}
+
+/// A radius (m) that was asked for, if positions can be told apart so finely.
+fn at_least(least: f32, radius: f32, option: &'static str) -> Result<f32> {
+    if radius >= least {
+        return Ok(radius);
+    }
+    Err(Error::Option {
+        option,
+        fault: format!(
+            "{radius:e} m is below the {least:e} m to which the positions of this scene are known"
+        ),
+    })
 }
 
 /// To 8 bits of mantissa, so that devices whose last bits differ start alike, and one can go on where

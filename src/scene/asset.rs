@@ -18,9 +18,11 @@ use serde_path_to_error::Segment;
 /// A checked read: the fault is a sentence that begins with a JSON path.
 pub(super) type Checked<T> = Result<T, String>;
 
-/// Elements (triangle corners, sparse values) that a scene may read beyond one for each byte it has.
-/// Only files that use the same data again and again come near it: instances count each time.
-const MAX_SHARED: u64 = 1 << 26;
+/// Elements (triangle corners, sparse values) that a scene may read beyond [`PER_BYTE`] for each byte of its buffers: some
+/// 84 bytes each in memory, 1.4 GB in all. Only files that use the same data again and again come near it: instances count
+/// each time.
+const MAX_SHARED: u64 = 1 << 24;
+const PER_BYTE: u64 = 4;
 
 /// The document `json`, typed. Animations, which are not rendered, are left out unseen.
 pub(super) fn typed(mut json: Value) -> Checked<Root> {
@@ -88,7 +90,7 @@ impl<'a> Asset<'a> {
             root,
             buffers,
             // Vertices are counted in u32.
-            elements_left: Cell::new((MAX_SHARED + bytes).min(u32::MAX.into())),
+            elements_left: Cell::new((MAX_SHARED + PER_BYTE * bytes).min(u32::MAX.into())),
         }
     }
 
@@ -97,9 +99,8 @@ impl<'a> Asset<'a> {
         let left = self.elements_left.get().checked_sub(count);
         self.elements_left.set(left.ok_or_else(|| {
             format!(
-                "{path}: the scene is too large: more than {} million triangles by instances of \
-                 meshes, each of which takes memory of its own",
-                MAX_SHARED / 3_000_000
+                "{path}: the scene is too large for its file: more than {MAX_SHARED} triangle corners, instances \
+                 counted, and {PER_BYTE} for each byte of its buffers"
             )
         })?);
         Ok(())

@@ -83,7 +83,7 @@ impl Resources {
         if let Some(bytes) = self.files.get(&relative) {
             return Ok(bytes.clone());
         }
-        let bytes: Rc<[u8]> = read_file(&self.folder.join(&relative), self.bytes_left)
+        let bytes: Rc<[u8]> = read_within(&self.folder, &relative, self.bytes_left)
             .map_err(|error| format!("{}: {error}", relative.display()))?
             .into();
         self.bytes_left -= bytes.len() as u64;
@@ -91,6 +91,20 @@ impl Resources {
         self.files.insert(relative, bytes.clone());
         Ok(bytes)
     }
+}
+
+/// Reads a file that lies in `folder`, symbolic links followed: an archive can hold those too.
+fn read_within(folder: &Path, relative: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
+    let folder = match folder == Path::new("") {
+        true => Path::new("."),
+        false => folder,
+    };
+    let path = folder.join(relative).canonicalize()?;
+    if !path.starts_with(folder.canonicalize()?) {
+        let fault = "a symbolic link leads out of the scene's folder; put the file itself there";
+        return Err(std::io::Error::other(fault));
+    }
+    read_file(&path, limit)
 }
 
 /// Reads a regular file of at most `limit` bytes: a pipe or a device could keep us for ever.
@@ -112,8 +126,7 @@ pub(super) fn read_main(path: &Path) -> std::io::Result<Vec<u8>> {
     read_file(path, MAX_BYTES)
 }
 
-/// A URI as a path that stays inside the folder it is joined to. Symbolic links are followed: the
-/// user made them, not the file.
+/// A URI as a path that stays inside the folder it is joined to, but for symbolic links.
 fn relative_path(uri: &str) -> Checked<PathBuf> {
     let text = urlencoding::decode(uri).map_err(|_| format!("{uri}: not UTF-8"))?;
     let scheme = text.split_once(':').is_some_and(|(scheme, _)| {

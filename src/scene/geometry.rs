@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
-use gltf::json::Mesh;
+use glam::{BVec3, DAffine3, DMat3, DVec3, Vec3};
+use gltf::json::mesh::Semantic;
+use gltf::json::validation::Checked::Valid;
+use gltf::json::{Mesh, Root, Value};
 
 use super::asset::{Asset, Checked, get};
 use super::instancing;
@@ -15,6 +17,57 @@ use super::{Material, Scene, Triangle, Vertex};
 
 /// Where a mesh is shown, and the paths of the nodes that do.
 type Places<'a> = Vec<(&'a str, DAffine3)>;
+
+/// A scene that lies more than so many of its own extents from the origin is moved there before its positions
+/// become f32: each doubling costs them a bit of 24.
+const FAR: f64 = 16.0;
+
+/// See [`Scene::origin`]: by the bounds that the file claims, as only the precision hangs on them. The positions in the
+/// file are f32, those in the world f64 until here.
+pub(super) fn origin(root: &Root, nodes: &[Node]) -> DVec3 {
+    let bounds_o: Vec<_> = root
+        .meshes
+        .iter()
+        .map(|mesh| claimed_bounds(root, mesh))
+        .collect();
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for node in nodes {
+        let mesh = node.json.mesh.and_then(|mesh| bounds_o.get(mesh.value()));
+        let Some(Some((low_o, high_o))) = mesh else {
+            continue;
+        };
+        for corner in 0..8 {
+            let corner = BVec3::new(corner & 1 != 0, corner & 2 != 0, corner & 4 != 0);
+            let corner_o = DVec3::select(corner, *low_o, *high_o);
+            let corner_w = node.world_from_node.transform_point3(corner_o);
+            (low, high) = (low.min(corner_w), high.max(corner_w));
+        }
+    }
+    let middle = (low + high) * 0.5;
+    let far = middle.abs().max_element() > FAR * (high - low).max_element();
+    if far && middle.is_finite() {
+        middle
+    } else {
+        DVec3::ZERO
+    }
+}
+
+fn claimed_bounds(root: &Root, mesh: &Mesh) -> Option<(DVec3, DVec3)> {
+    let bounds = mesh.primitives.iter().filter_map(|primitive| {
+        let index = primitive.attributes.get(&Valid(Semantic::Positions))?;
+        let accessor = root.accessors.get(index.value())?;
+        if accessor.normalized {
+            return Some((DVec3::NEG_ONE, DVec3::ONE));
+        }
+        let corner = |claim: &Option<Value>| {
+            let claim = claim.as_ref()?.as_array()?;
+            let number = |i: usize| claim.get(i)?.as_f64();
+            Some(DVec3::new(number(0)?, number(1)?, number(2)?))
+        };
+        Some((corner(&accessor.min)?, corner(&accessor.max)?))
+    });
+    bounds.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
+}
 
 /// Appends the triangles of every mesh that the nodes show, mesh by mesh.
 pub(super) fn add_meshes<'a>(

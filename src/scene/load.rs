@@ -43,7 +43,7 @@ fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     let buffers = container::buffers(&root, bin.as_deref(), resources)?;
     let asset = Asset::new(&root, &buffers);
 
-    let nodes = node::nodes(&root, &mut warnings)?;
+    let mut nodes = node::nodes(&root, &mut warnings)?;
     let mut textures = Textures::new(&asset, resources);
     let mut scene = Scene {
         materials: material::materials(&root, &mut textures, &mut warnings)?,
@@ -52,6 +52,10 @@ fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     };
     scene.textures = textures.textures;
     scene.images = textures.images;
+    scene.origin = geometry::origin(&root, &nodes);
+    for node in &mut nodes {
+        node.world_from_node.translation -= scene.origin;
+    }
     geometry::add_meshes(&asset, &nodes, &mut scene, &mut warnings)?;
     if scene.triangles.is_empty() {
         return Err("no triangles to render".into());

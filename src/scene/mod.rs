@@ -20,7 +20,7 @@ mod warnings;
 
 use std::path::PathBuf;
 
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{DVec3, Mat4, Vec2, Vec3, Vec4};
 
 pub use extensions::extensions_table;
 pub use load::load;
@@ -40,6 +40,9 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// The extensions that the file uses, and what becomes of them, in its own order.
     pub extensions: Vec<(String, String)>,
+    /// Where all positions here are measured from, in the file's world [m]: zero, or the middle of a scene that
+    /// lies so far out that f32 would lose its detail.
+    pub origin: DVec3,
     /// What the file asks for and lightfall does not do, each with its JSON path, each once.
     pub warnings: Vec<String>,
     /// The file, for messages.
@@ -48,7 +51,7 @@ pub struct Scene {
     pub hash: [u8; 32],
 }
 
-/// One vertex in world space.
+/// One vertex in world space, seen from [`Scene::origin`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Vertex {
     pub position_w: Vec3,

@@ -16,6 +16,12 @@ pub fn folded_edges(scene: &Scene, corners: &[[Vec3; 3]]) -> Vec<u32> {
                 .normalize_or_zero()
         })
         .collect();
+    // In the plane of triangle t, across its edge i, to its inside.
+    let inward = |t: u32, i: u32| {
+        let (triangle, i) = (corners[t as usize], i as usize);
+        let edge = (triangle[(i + 1) % 3] - triangle[i]).normalize_or_zero();
+        normals[t as usize].cross(edge)
+    };
     let welded = weld(scene);
     // (the edge's ends in order, triangle, edge)
     let mut edges: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(3 * corners.len());
@@ -34,9 +40,10 @@ pub fn folded_edges(scene: &Scene, corners: &[[Vec3; 3]]) -> Vec<u32> {
     let mut flags = vec![0; corners.len()];
     for shared in edges.chunk_by(|a, b| a.0 == b.0) {
         for &(_, t, edge) in shared {
-            // Meshes that are seen from both sides may change their winding from face to face.
-            let goes_on = shared.iter().any(|&(_, other, _)| {
-                other != t && normals[t as usize].dot(normals[other as usize]).abs() > FOLD_COSINE
+            // On the other side of the edge: one that lies upon this one, or is its back, does not go on from it. Meshes
+            // that are seen from both sides may change their winding from face to face.
+            let goes_on = shared.iter().any(|&(_, other, other_edge)| {
+                inward(t, edge).dot(inward(other, other_edge)) < -FOLD_COSINE
             });
             if !goes_on {
                 flags[t as usize] |= 1 << edge;
@@ -98,6 +105,14 @@ mod tests {
             },
             corners,
         )
+    }
+
+    #[test]
+    fn a_surface_does_not_go_on_in_its_copy() {
+        let (mut scene, mut corners) = pair(Vec3::X);
+        scene.triangles.push(scene.triangles[0]);
+        corners.push(corners[0]);
+        assert_eq!(folded_edges(&scene, &corners), [0b110, 0b011, 0b110]);
     }
 
     #[test]

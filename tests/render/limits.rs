@@ -1,4 +1,4 @@
-//! The smallest, emptiest and least lit of renders.
+//! The emptiest and least lit of renders; tests/extremes has the smallest and largest.
 
 use crate::check::{Device, layer, settings};
 use crate::closed_forms::floor_scene;
@@ -20,25 +20,6 @@ fn nothing_that_shines_is_an_error() {
             .err()
             .expect("light");
         assert!(error.to_string().contains("nothing emits light"), "{error}");
-    }
-}
-
-#[test]
-fn one_pixel() {
-    let device = Device::open();
-    for trace in device.traversals() {
-        let settings = Settings {
-            trace,
-            ..settings(1, 5_000, 0.2)
-        };
-        let mut renderer = Renderer::new(&device, &showroom(&device), &settings).unwrap();
-        (0..4).for_each(|_| renderer.iterate().unwrap());
-        let picture = renderer.picture().unwrap();
-        let pixels = layer(&picture, "");
-        assert!(
-            pixels.len() == 3 && pixels.iter().all(|x| x.is_finite() && *x > 0.0),
-            "{pixels:?}"
-        );
     }
 }
 

@@ -1,5 +1,7 @@
 //! Faults: refused with their place, whatever the bytes.
 
+use std::path::Path;
+
 use lightfall::scene::{self};
 use serde_json::{Value, json};
 
@@ -109,6 +111,107 @@ fn external_files_stay_in_the_folder() {
             .to_string()
             .contains("out of the scene's folder")
     );
+}
+
+/// A link out of the folder, a link within it, a pipe, a folder.
+#[cfg(unix)]
+#[test]
+fn links_and_pipes_are_no_way_out() {
+    let (inside, outside) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let mut document = Document::triangle();
+    let place = |name: &str| inside.path().join(name);
+    for path in [outside.path().join("data.bin"), place("data.bin")] {
+        std::fs::write(path, &document.bytes).unwrap();
+    }
+    let link = |to: &Path, name: &str| std::os::unix::fs::symlink(to, place(name)).unwrap();
+    link("data.bin".as_ref(), "near");
+    link(&outside.path().join("data.bin"), "far");
+    link(outside.path(), "door");
+    link("/dev/zero".as_ref(), "endless");
+    std::fs::create_dir(place("folder")).unwrap();
+    let made = std::process::Command::new("mkfifo")
+        .arg(place("pipe"))
+        .status();
+    assert!(made.unwrap().success());
+    let length = document.bytes.len();
+    let mut load = |uri: &str| {
+        document.json["buffers"] = json!([{"byteLength": length, "uri": uri}]);
+        std::fs::write(place("scene.gltf"), document.json.to_string()).unwrap();
+        scene::load(&place("scene.gltf")).map_err(|error| error.to_string())
+    };
+    assert_eq!(load("near").unwrap().triangles.len(), 1);
+    for (uri, fault) in [
+        ("far", "leads out of the scene's folder"),
+        ("door/data.bin", "leads out of the scene's folder"),
+        ("endless", "leads out of the scene's folder"),
+        ("folder", "not a regular file"),
+        ("pipe", "not a regular file"),
+    ] {
+        let error = load(uri).expect_err(uri);
+        assert!(
+            error.contains(fault) && error.contains("/buffers/0/uri"),
+            "{uri}: {error}"
+        );
+    }
+}
+
+/// A million brackets end in a message, not on the stack.
+#[test]
+fn deep_json_is_refused() {
+    let deep = "[".repeat(1_000_000);
+    for text in [
+        format!("{{\"extras\":{deep}"),
+        format!("{{\"nodes\":{deep}"),
+    ] {
+        let fault = load_files(&[("scene.gltf", text.as_bytes())]).unwrap_err();
+        assert!(fault.to_string().contains("recursion limit"), "{fault}");
+    }
+}
+
+/// The header of an image claims what only the decoder would find to be untrue.
+#[test]
+fn an_image_of_a_claimed_size_is_not_allocated() {
+    let mut bytes = png([1, 2, 3, 255]);
+    // Width and height in the header, and the header's checksum.
+    bytes[16..24].copy_from_slice(&[0, 0, 0x3f, 0xff, 0, 0, 0x3f, 0xff]);
+    let crc = crc32(&bytes[12..29]);
+    bytes[29..33].copy_from_slice(&crc.to_be_bytes());
+    let mut document = Document::square(true);
+    let view = document.view(&bytes);
+    document.json["images"] = json!([{"bufferView": view}]);
+    document.json["textures"] = json!([{"source": 0}]);
+    document.material(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+    let scene = document.load();
+    let warning = "16383 × 16383 texels are too many";
+    assert!(
+        scene.warnings.iter().any(|w| w.contains(warning)),
+        "{:?}",
+        scene.warnings
+    );
+}
+
+/// Of PNG chunks.
+fn crc32(bytes: &[u8]) -> u32 {
+    let bit = |crc: u32, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg());
+    !bytes.iter().fold(u32::MAX, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), bit)
+    })
+}
+
+/// A scene far from the origin keeps the detail that f32 could not hold there.
+#[test]
+fn a_far_scene_is_moved_to_the_origin() {
+    let mut document = Document::triangle();
+    document.json["accessors"][0]["min"] = json!([0, 0, 0]);
+    document.json["accessors"][0]["max"] = json!([1, 1, 0]);
+    let near = document.load();
+    assert_eq!(near.origin, glam::DVec3::ZERO);
+    document.json["nodes"][0]["translation"] = json!([100_000_000, 0, 0]);
+    let far = document.load();
+    assert_eq!(far.origin, glam::DVec3::new(100_000_000.5, 0.5, 0.0));
+    for (far, near) in far.vertices.iter().zip(&near.vertices) {
+        assert_eq!(far.position_w, near.position_w - glam::vec3(0.5, 0.5, 0.0));
+    }
 }
 
 #[test]
