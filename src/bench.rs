@@ -135,7 +135,10 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
         .to_string_lossy()
         .into_owned();
     let scene = scene::load(path)?;
-    say(&format!("{name}: {} triangles", scene.triangles.len()));
+    say(&format!(
+        "{name}: {} triangles",
+        scene.stored_triangles().count()
+    ));
     for warning in &scene.warnings {
         say(&format!("warning: {warning}"));
     }
@@ -192,7 +195,7 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
     Ok(SceneResults {
         name,
         scene_hash: scene.hash,
-        triangles: scene.triangles.len(),
+        triangles: scene.stored_triangles().count(),
         warnings: scene.warnings.clone(),
         size,
         reference,

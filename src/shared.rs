@@ -161,8 +161,12 @@ shared_constants! {
     FEATURE_METALLIC = 1 << 21;
     FEATURE_VERTEX_COLORS = 1 << 22;
     FEATURE_UV1 = 1 << 23;
+    FEATURE_INSTANCES = 1 << 24;
     /// Textures in the slot with this number, shifted by it.
     FEATURE_SLOT = 1 << 25;
+    /// Triangles in a leaf of the software scene tree at most; a leaf of so many is one [`Placement`].
+    LEAF_TRIANGLES = 4;
+    LEAF_PLACEMENT = 15;
     /// Rows of [`World::texture_slots`] for each material, in this order.
     SLOT_BASE_COLOR = 0;
     SLOT_METALLIC_ROUGHNESS = 1;
@@ -253,6 +257,25 @@ shared_structs! {
         cos_outer: f32,
     }
 
+    /// A place of a mesh that is stored once: world = linear part · mesh + origin.
+    struct Placement {
+        /// Columns of the linear part, and of its inverse.
+        world_from_mesh_x: [f32; 3],
+        world_from_mesh_y: [f32; 3],
+        world_from_mesh_z: [f32; 3],
+        mesh_from_world_x: [f32; 3],
+        mesh_from_world_y: [f32; 3],
+        mesh_from_world_z: [f32; 3],
+        /// Of the mesh's own space.
+        origin_w: [f32; 3],
+        /// The mesh's part of [`World::groups`].
+        groups: [u32; 4],
+        /// The root of the mesh's tree.
+        node: u32,
+        /// The same for each traversal; 0 for what is shown once.
+        number: u32,
+    }
+
     /// The scene on the device.
     struct World {
         /// Three corners a triangle, in the order of the traversal structure.
@@ -271,16 +294,21 @@ shared_structs! {
         /// The emissive ones' numbers, in the order of their triangles.
         lights_by_triangle: Ptr<u32>,
         nodes: Ptr<BvhNode>,
+        /// With instances alone. The first is that of all that is shown once, if there is such.
+        placements: Ptr<Placement>,
         tlas: [u32; 2],
         /// First triangle of each group: two-sided opaque, two-sided alpha, one-sided opaque,
         /// one-sided alpha (a geometry of the acceleration structure each).
         groups: [u32; 4],
+        /// The root of the tree: over triangles, or over placements.
+        node: u32,
         light_count: u32,
         /// Where the lights without area begin.
         first_delta_light: u32,
         center_w: [f32; 3],
         /// Of the bounding sphere (m).
         radius: f32,
+        unused: u32,
     }
 
     /// What changes from one iteration to the next.

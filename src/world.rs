@@ -3,16 +3,17 @@
 mod convert;
 mod edges;
 mod features;
+mod geometry;
 mod lights;
 
-use crate::bvh::{SceneTree, morton_order};
-use crate::gpu::{Blas, Buffer, Gpu, Instance, Ptr, TextureArray, Tlas, TriangleGeometry};
+use crate::gpu::{Blas, Buffer, Gpu, Ptr, TextureArray, Tlas};
 use crate::scene::{Scene, Vertex};
 use crate::settings::Trace;
 use crate::shared::*;
 use crate::{Error, Result};
-use convert::{material, shading, slots, texture_array};
-use features::{ANY_SLOT, is_one_sided};
+use convert::{material, slots, texture_array};
+use features::ANY_SLOT;
+use geometry::Geometry;
 use glam::Vec3;
 
 pub use features::{FEATURES, Feature, Reached, Use, everything, features, upload_bytes};
@@ -47,6 +48,7 @@ struct Held {
     lights: Buffer<Light>,
     lights_by_triangle: Buffer<u32>,
     nodes: Option<Buffer<BvhNode>>,
+    placements: Option<Buffer<Placement>>,
     structure: Option<(Vec<Blas>, Tlas)>,
 }
 
@@ -57,34 +59,10 @@ impl World {
     /// No light in the scene; textures on a device without descriptor indexing; out of memory.
     pub fn new(gpu: &Gpu, scene: &Scene, trace: Trace, features: u32) -> Result<Self> {
         let has = |bits| features & bits != 0;
-        let corners: Vec<[Vec3; 3]> = scene
-            .triangles
-            .iter()
-            .map(|t| t.vertices.map(|v| scene.vertices[v as usize].position_w))
-            .collect();
-        let (order, groups, tree) = match trace {
-            Trace::Query => {
-                let (order, groups) = grouped_order(scene, &corners);
-                (order, groups, None)
-            }
-            _ => {
-                let mut tree = SceneTree::build(&corners);
-                (std::mem::take(&mut tree.order), [0; 5], Some(tree))
-            }
-        };
-
-        let positions: Vec<[f32; 3]> = order
-            .iter()
-            .flat_map(|&t| corners[t as usize].map(Into::into))
-            .collect();
-        let folded = edges::folded_edges(scene, &corners);
         let reached = Reached::new(scene);
         let materials: Vec<u32> = reached.materials.iter().map(|m| m.0).collect();
-        let triangles: Vec<TriangleShading> = order
-            .iter()
-            .map(|&t| shading(scene, &materials, t, folded[t as usize]))
-            .collect();
-        let lights = lights::lights(scene, &order)?;
+        let geometry = Geometry::new(scene, trace, &materials, has(FEATURE_INSTANCES));
+        let lights = lights::lights(scene, &geometry.once)?;
         let by_triangle = lights::by_triangle(&lights);
         let in_slots = reached.textures_in(scene, |_| true);
         let textures = has(ANY_SLOT)
@@ -93,17 +71,13 @@ impl World {
         let materials = || materials.iter().map(|&m| &scene.materials[m as usize]);
         let (min, max) = scene.bounds();
 
-        let positions = gpu.upload("positions", &positions)?;
+        let positions = gpu.upload("positions", &geometry.positions)?;
         let structure = match trace {
-            Trace::Query => Some(structure(gpu, &positions, groups)?),
+            Trace::Query => Some(geometry.structure(gpu, &positions)?),
             _ => None,
         };
-        let nodes = tree
-            .as_ref()
-            .map(|t| gpu.upload("scene tree", &t.nodes))
-            .transpose()?;
         let held = Held {
-            triangles: gpu.upload("triangles", &triangles)?,
+            triangles: gpu.upload("triangles", &geometry.triangles)?,
             normals: gpu.upload("normals", &attribute(scene, |v| v.normal_w.into()))?,
             tangents: has(FEATURE_SLOT << SLOT_NORMAL)
                 .then(|| gpu.upload("tangents", &attribute(scene, |v| v.tangent_w.into())))
@@ -127,7 +101,12 @@ impl World {
             lights: gpu.upload("lights", &lights)?,
             lights_by_triangle: gpu.upload("lights by triangle", &by_triangle)?,
             positions,
-            nodes,
+            nodes: (trace != Trace::Query)
+                .then(|| gpu.upload("scene tree", &geometry.nodes))
+                .transpose()?,
+            placements: has(FEATURE_INSTANCES)
+                .then(|| gpu.upload("placements", &geometry.placements))
+                .transpose()?,
             structure,
         };
         let world = crate::shared::World {
@@ -143,22 +122,28 @@ impl World {
             lights: held.lights.ptr(),
             lights_by_triangle: held.lights_by_triangle.ptr(),
             nodes: ptr(&held.nodes),
+            placements: ptr(&held.placements),
             tlas: held
                 .structure
                 .as_ref()
                 .map_or([0; 2], |(_, tlas)| address_words(tlas.address())),
-            groups: [groups[0], groups[1], groups[2], groups[3]],
+            groups: geometry
+                .groups
+                .first()
+                .map_or([0; 4], |g| [g[0], g[1], g[2], g[3]]),
+            node: geometry.root,
             light_count: lights.len() as u32,
             first_delta_light: by_triangle.len() as u32,
             center_w: ((min + max) * 0.5).into(),
             radius: (max - min).length() * 0.5,
+            unused: 0,
         };
         Ok(Self {
             trace,
             world: gpu.upload("world", &[world])?,
             textures,
             features,
-            stack_size: tree.map_or(1, |t| t.stack_size),
+            stack_size: geometry.stack_size.max(1),
             bounds_w: (min, max),
             _held: held,
         })
@@ -197,66 +182,7 @@ fn ptr<T>(buffer: &Option<Buffer<T>>) -> Ptr<T> {
 }
 
 fn attribute<T>(scene: &Scene, of: impl Fn(&Vertex) -> T) -> Vec<T> {
-    scene.vertices.iter().map(of).collect()
-}
-
-/// Triangles in Morton order within each of the four groups of the acceleration structure, and
-/// where the groups begin and end.
-fn grouped_order(scene: &Scene, corners: &[[Vec3; 3]]) -> (Vec<u32>, [u32; 5]) {
-    let mut groups = [const { Vec::new() }; 4];
-    for (i, triangle) in scene.triangles.iter().enumerate() {
-        let material = &scene.materials[triangle.material as usize];
-        let group = usize::from(is_one_sided(material)) * 2 + usize::from(material.has_holes());
-        groups[group].push(i as u32);
-    }
-    let mut order = Vec::with_capacity(corners.len());
-    let mut first = [0; 5];
-    for (i, mut group) in groups.into_iter().enumerate() {
-        morton_order(corners, &mut group);
-        order.extend(group);
-        first[i + 1] = order.len() as u32;
-    }
-    (order, first)
-}
-
-/// Two instances at most: faces seen from both sides, and those that are not there from behind.
-fn structure(
-    gpu: &Gpu,
-    positions: &Buffer<[f32; 3]>,
-    groups: [u32; 5],
-) -> Result<(Vec<Blas>, Tlas)> {
-    let mut all = Vec::new();
-    let mut instances = Vec::new();
-    for first_group in [0, 2] {
-        if groups[first_group] == groups[first_group + 2] {
-            continue;
-        }
-        let geometry = |group: usize| {
-            let [first, end] = [groups[group] as usize, groups[group + 1] as usize];
-            TriangleGeometry {
-                positions: positions.ptr(),
-                // An empty group at the end would begin where no buffer is.
-                first_triangle: if first == end { 0 } else { first },
-                triangles: end - first,
-                opaque: group.is_multiple_of(2),
-            }
-        };
-        let blas =
-            gpu.triangle_blas("scene", &[geometry(first_group), geometry(first_group + 1)])?;
-        instances.push(Instance {
-            blas_address: blas.address(),
-            custom_index: first_group as u32,
-            mask: 0xff,
-            facing_cull_disable: first_group == 0,
-            front_ccw: false,
-        });
-        all.push(blas);
-    }
-    let tlas = gpu.tlas("scene", instances.len())?;
-    let mut commands = gpu.commands()?;
-    commands.build_tlas(&tlas, &instances);
-    commands.submit()?;
-    Ok((all, tlas))
+    scene.stored_vertices().map(of).collect()
 }
 
 /// What the software tree and the acceleration structure cannot hold.
@@ -268,13 +194,19 @@ pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
         });
     }
     // The shader's stack keeps a leaf's first triangle in 28 bits.
-    if scene.triangles.len() >= 1 << 28 {
+    let triangles = scene.stored_triangles().count();
+    if triangles >= 1 << 28 {
         return Err(Error::Device {
             device: device.into(),
-            fault: format!(
-                "the scene has {} triangles; at most 2^28 can be traced",
-                scene.triangles.len()
-            ),
+            fault: format!("the scene has {triangles} triangles; at most 2^28 can be traced"),
+        });
+    }
+    // Acceleration structures have 24 bits for it and the part that is seen from one side.
+    let places: usize = scene.meshes.iter().map(|mesh| mesh.places.len()).sum();
+    if places >= 1 << 23 {
+        return Err(Error::Device {
+            device: device.into(),
+            fault: format!("the scene shows meshes {places} times; less than 2^23 can be traced"),
         });
     }
     Ok(())

@@ -171,6 +171,7 @@ fn random(state: &mut u64) -> f32 {
 fn instance(blas_address: u64, custom_index: u32, mask: u8) -> Instance {
     Instance {
         blas_address,
+        transform: Instance::IDENTITY,
         custom_index,
         mask,
         facing_cull_disable: false,

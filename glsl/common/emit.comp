@@ -102,7 +102,7 @@ bool extend(World world, Frame frame, inout LightPath path) {
         COUNT(escaped);
         return false;
     }
-    Surface s = surface_at(world, hit.triangle, hit.bary, -path.direction_w);
+    Surface s = surface_at(world, hit.triangle, hit.place, hit.bary, -path.direction_w);
     path.flux *= segment_transmittance(s, path.medium, hit.distance_w);
     vec4 u = next4(path.rng), v = next4(path.rng);
     // Light straight from a light is found by rays, if so asked.

@@ -18,12 +18,12 @@
 PUSH(ViewPush);
 
 // The two nearest edges of the triangle at which the surface ends or folds (see lib/kernel.glsl).
-void find_edges(World world, uint triangle, Surface s, inout ViewSample result) {
+void find_edges(World world, Hit hit, Surface s, inout ViewSample result) {
     result.edge_distance = vec2(3.0e38);
     result.edge_normal = uvec2(0u);
-    uint flags = world.triangles.at[triangle].material / TRIANGLE_EDGE & 7u;
+    uint flags = world.triangles.at[hit.triangle].material / TRIANGLE_EDGE & 7u;
     if (flags == 0u) return;
-    Corners c = corners_of(world, triangle);
+    Corners c = corners_at(world, hit.triangle, hit.place);
     for (uint i = 0u; i < 3u; i++) {
         if ((flags >> i & 1u) == 0u) continue;
         vec3 from = i == 0u ? c.p0 : i == 1u ? c.p1 : c.p2, to = i == 0u ? c.p1 : i == 1u ? c.p2 : c.p0;
@@ -53,8 +53,8 @@ void main() {
     FramePixel seen = nothing_seen();
     EyePath path = begin_eye_path(frame, pixel, index);
     Surface s;
-    uint triangle;
-    while (arrive(world, path, seen, s, triangle) && path.edges < frame.max_depth) {
+    Hit hit;
+    while (arrive(world, path, seen, s, hit) && path.edges < frame.max_depth) {
         add_direct_light(world, s, DIRECT_RAYS, path, seen);
         BsdfSample event = next_event(s, DIRECT_RAYS, path);
         if (event.lobe == LOBE_DIFFUSE) {
@@ -64,10 +64,10 @@ void main() {
             result.normal_g = pack_direction(s.normal_g);
             result.fresnel = packHalf2x16(vec2(max_component(s.f0), s.f90));
             result.depth = path.edges;
-            find_edges(world, triangle, s, result);
+            find_edges(world, hit, s, result);
             result.footprint = pixel_footprint(frame, path.length_w);
             // Towards lights that are easier to hit than to sample.
-            if (DIRECT_RAYS && HAS_AREA_LIGHTS && depart(s, event, path)) arrive(world, path, seen, s, triangle);
+            if (DIRECT_RAYS && HAS_AREA_LIGHTS && depart(s, event, path)) arrive(world, path, seen, s, hit);
             break;
         }
         if (!depart(s, event, path)) break;

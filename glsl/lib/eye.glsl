@@ -92,12 +92,10 @@ FramePixel nothing_seen() {
 }
 
 // One more edge: finds the surface at its end and adds what shines there. False where there is none.
-bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface s, out uint triangle) {
-    Hit hit;
+bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface s, out Hit hit) {
     // Beyond a diffuse surface the path stands for light (see trace.glsl).
     if (!trace(world, path.origin_w, path.direction_w, path.layer == LAYER_EMISSION, next_chance(path, 6u), hit)) return false;
-    s = surface_at(world, hit.triangle, hit.bary, -path.direction_w);
-    triangle = hit.triangle;
+    s = surface_at(world, hit.triangle, hit.place, hit.bary, -path.direction_w);
     path.edges++;
     path.length_w += hit.distance_w;
     if (path.edges == 1u) {
@@ -109,7 +107,7 @@ bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface 
     if (max_component(s.emission) > 0.0) {
         float weight = 1.0;
         if (path.pdf_solid_angle > 0.0)
-            weight = 1.0 / (1.0 + light_pdf_solid_angle(world, triangle, path.direction_w, hit.distance_w) / path.pdf_solid_angle);
+            weight = 1.0 / (1.0 + light_pdf_solid_angle(world, hit.triangle, path.direction_w, hit.distance_w) / path.pdf_solid_angle);
         add_light(seen, path.layer, path.throughput * s.emission * weight);
     }
     return true;

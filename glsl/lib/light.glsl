@@ -45,7 +45,7 @@ float triangle_area(Corners p) { return 0.5 * length(cross(p.p1 - p.p0, p.p2 - p
 
 // Radiance [nit] of a point of an emissive triangle, by its front.
 vec3 emission_at(World world, uint triangle, vec2 bary) {
-    vec3 emission = surface_at(world, triangle, bary, face_normal(corners_of(world, triangle))).emission;
+    vec3 emission = surface_at(world, triangle, 0u, bary, face_normal(corners_of(world, triangle))).emission;
     bool whole = !HAS_ALPHA || (world.triangles.at[triangle].material & TRIANGLE_ALPHA) == 0u;
     return whole ? emission : emission * coverage_at(world, triangle, bary);
 }

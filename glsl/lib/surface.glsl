@@ -22,8 +22,26 @@ struct Corners {
     vec3 p2;
 };
 
+mat3 world_from_mesh(Placement p) { return mat3(p.world_from_mesh_x, p.world_from_mesh_y, p.world_from_mesh_z); }
+mat3 mesh_from_world(Placement p) { return mat3(p.mesh_from_world_x, p.mesh_from_world_y, p.mesh_from_world_z); }
+
+// In the space of its mesh: the world, if the mesh is shown once, as every emissive one is.
 Corners corners_of(World world, uint triangle) {
     return Corners(world.positions_w.at[3u * triangle], world.positions_w.at[3u * triangle + 1u], world.positions_w.at[3u * triangle + 2u]);
+}
+
+// In the world. Places do not mirror: fronts stay fronts.
+Corners corners_at(World world, uint triangle, uint place) {
+    Corners c = corners_of(world, triangle);
+    if (!HAS_INSTANCES) return c;
+    Placement p = world.placements.at[place];
+    mat3 m = world_from_mesh(p);
+    return Corners(m * c.p0 + p.origin_w, m * c.p1 + p.origin_w, m * c.p2 + p.origin_w);
+}
+
+vec3 normal_at(World world, uint vertex, uint place) {
+    vec3 n = world.normals_w.at[vertex];
+    return HAS_INSTANCES ? normalize(n * mesh_from_world(world.placements.at[place])) : n;
 }
 
 vec3 face_normal(Corners c) {
@@ -71,18 +89,19 @@ float coverage_at(World world, uint triangle, vec2 bary) {
 // alpha (stochastic transparency, Enderton et al. 2010). `chance`: number of the path, and a seed for each of
 // its rays; with the triangle they name a random number, so that all traversals decide alike. It is
 // spread evenly over the paths.
-bool is_absent(World world, uint triangle, vec2 bary, bool eye, uvec2 chance) {
+bool is_absent(World world, uint triangle, uint place, vec2 bary, bool eye, uvec2 chance) {
     TriangleShading t = world.triangles.at[triangle];
     if (HAS_UNLIT && !eye && (world.materials.at[t.material & TRIANGLE_MATERIAL_MASK].flags & MATERIAL_UNLIT) != 0u) return true;
     float coverage = coverage_at(world, triangle, bary);
     if (!HAS_BLEND) return coverage == 0.0;
     uint seed = chance.y ^ mix_seed(t.vertices.x ^ mix_seed(t.vertices.y ^ mix_seed(t.vertices.z)));
+    if (HAS_INSTANCES) seed ^= mix_seed(world.placements.at[place].number);
     return coverage <= sequence_pair(chance.x, seed).x;
 }
 
 // `wo` points back along the ray that hit.
-Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
-    Corners p = corners_of(world, triangle);
+Surface surface_at(World world, uint triangle, uint place, vec2 bary, vec3 wo) {
+    Corners p = corners_at(world, triangle, place);
     TriangleShading t = world.triangles.at[triangle];
     uvec3 v = t.vertices;
     Material m = world.materials.at[t.material & TRIANGLE_MATERIAL_MASK];
@@ -94,7 +113,7 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     vec3 n_g = face_normal(p);
     s.front = dot(n_g, wo) >= 0.0;
     s.normal_g = s.front ? n_g : -n_g;
-    vec3 n_s = interpolate(world.normals_w.at[v.x], world.normals_w.at[v.y], world.normals_w.at[v.z], bary);
+    vec3 n_s = interpolate(normal_at(world, v.x, place), normal_at(world, v.y, place), normal_at(world, v.z, place), bary);
     vec4 color = m.base_color * color_at(world, v, bary);
     float metallic = m.metallic, roughness = m.roughness, specular = m.specular, transmission = m.transmission;
     vec3 specular_color = m.specular_color;
@@ -112,6 +131,12 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     transmission *= fetch(world, slot, SLOT_TRANSMISSION, uv0, uv1).r;
     if (has_slot(SLOT_NORMAL) && world.texture_slots.at[slot * SLOTS_PER_MATERIAL + SLOT_NORMAL].texture != NONE) {
         vec4 a = world.tangents_w.at[v.x], b = world.tangents_w.at[v.y], c = world.tangents_w.at[v.z];
+        if (HAS_INSTANCES) {
+            mat3 m = world_from_mesh(world.placements.at[place]);
+            a.xyz = normalize(m * a.xyz);
+            b.xyz = normalize(m * b.xyz);
+            c.xyz = normalize(m * c.xyz);
+        }
         vec4 tangent = a + bary.x * (b - a) + bary.y * (c - a);
         vec3 n = fetch(world, slot, SLOT_NORMAL, uv0, uv1).xyz * 2.0 - 1.0;
         n.xy *= m.normal_scale;

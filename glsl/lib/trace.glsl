@@ -9,6 +9,8 @@
 // `chance`: a number for each blended triangle (see surface.glsl).
 struct Hit {
     uint triangle;
+    // With instances: which placement of its mesh.
+    uint place;
     vec2 bary;
     float distance_w;
 };
@@ -42,28 +44,31 @@ vec3 edge_functions(vec3 a, vec3 b, vec3 c, Shear s) {
 }
 
 // Of the point where a ray meets a triangle's plane, kept inside the triangle.
-Hit complete_hit(World world, uint triangle, vec3 origin, vec3 direction) {
-    Corners p = corners_of(world, triangle);
+Hit complete_hit(World world, uint triangle, uint place, vec3 origin, vec3 direction) {
+    Corners p = corners_at(world, triangle, place);
     vec3 e = edge_functions(p.p0 - origin, p.p1 - origin, p.p2 - origin, shear_along(direction));
     float det = e.x + e.y + e.z;
     // Hardware can hit, edge-on, what has no area here.
     vec2 bary = det != 0.0 ? clamp(e.yz / det, vec2(0.0), vec2(1.0)) : vec2(0.0);
     bary /= max(1.0, bary.x + bary.y);
-    return Hit(triangle, bary, distance(origin, interpolate(p.p0, p.p1, p.p2, bary)));
+    return Hit(triangle, place, bary, distance(origin, interpolate(p.p0, p.p1, p.p2, bary)));
 }
 
 #ifdef TRACE_QUERY
 
-uint query_triangle(World world, uint instance, uint geometry, uint primitive) {
-    return world.groups[instance + geometry] + primitive;
+// Triangle and place. `instance`: the first group, of two; with instances the place above a bit that says which.
+uvec2 query_triangle(World world, uint instance, uint geometry, uint primitive) {
+    if (!HAS_INSTANCES) return uvec2(world.groups[instance + geometry] + primitive, 0u);
+    uint place = instance >> 1u;
+    return uvec2(world.placements.at[place].groups[(instance & 1u) * 2u + geometry] + primitive, place);
 }
 
 void proceed(rayQueryEXT query, World world, vec3 origin, vec3 direction, bool eye, uvec2 chance) {
     while (rayQueryProceedEXT(query)) {
         if (!HAS_ALPHA) continue;
-        uint triangle = query_triangle(world, rayQueryGetIntersectionInstanceCustomIndexEXT(query, false),
+        uvec2 hit = query_triangle(world, rayQueryGetIntersectionInstanceCustomIndexEXT(query, false),
             rayQueryGetIntersectionGeometryIndexEXT(query, false), rayQueryGetIntersectionPrimitiveIndexEXT(query, false));
-        if (!is_absent(world, triangle, complete_hit(world, triangle, origin, direction).bary, eye, chance))
+        if (!is_absent(world, hit.x, hit.y, complete_hit(world, hit.x, hit.y, origin, direction).bary, eye, chance))
             rayQueryConfirmIntersectionEXT(query);
     }
 }
@@ -73,9 +78,9 @@ bool trace(World world, vec3 origin, vec3 direction, bool eye, uvec2 chance, out
     rayQueryInitializeEXT(query, accelerationStructureEXT(world.tlas), eye ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsNoneEXT, 0xff, origin, 0.0, direction, 3.0e38);
     proceed(query, world, origin, direction, eye, chance);
     if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionTriangleEXT) return false;
-    uint triangle = query_triangle(world, rayQueryGetIntersectionInstanceCustomIndexEXT(query, true),
+    uvec2 found = query_triangle(world, rayQueryGetIntersectionInstanceCustomIndexEXT(query, true),
         rayQueryGetIntersectionGeometryIndexEXT(query, true), rayQueryGetIntersectionPrimitiveIndexEXT(query, true));
-    hit = complete_hit(world, triangle, origin, direction);
+    hit = complete_hit(world, found.x, found.y, origin, direction);
     return true;
 }
 
@@ -97,16 +102,25 @@ float enter_box(vec3 min_w, vec3 max_w, vec3 origin, vec3 inverse, float t_max) 
     return enter <= leave ? enter : -1.0;
 }
 
-// Nearest triangle before t_max, or NONE; with `any`, whichever is met first.
-uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, bool eye, uvec2 chance) {
-    // A zero component would make 0 · inf in a slab that the origin lies on.
-    vec3 safe = mix(direction, vec3(1e-30), lessThan(abs(direction), vec3(1e-30)));
-    vec3 inverse = 1.0 / safe;
-    Shear shear = shear_along(direction);
+// For slabs. A zero component would make 0 · inf in one that the origin lies on.
+vec3 inverse_of(vec3 direction) {
+    return 1.0 / mix(direction, vec3(1e-30), lessThan(abs(direction), vec3(1e-30)));
+}
+
+// Nearest triangle before t_max and its place, or NONE; with `any`, whichever is met first.
+// With instances the tree is over placements, of which each leads to the tree of its mesh. The ray goes there in the mesh's
+// space, its direction as long as it becomes: distances stay what they are.
+uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool any, bool eye, uvec2 chance) {
+    vec3 origin = origin_w, inverse = inverse_of(direction_w);
+    Shear shear = shear_along(direction_w);
     uint stack[STACK_SIZE];
-    uint top = 0u, found = NONE;
-    uint node = 0u;
+    uint top = 0u;
+    uvec2 found = uvec2(NONE, 0u);
+    uint node = HAS_INSTANCES ? world.node : 0u;
     uint first = 0u, count = 0u;
+    // Within a placement, whose nodes lie on the stack from `base` on.
+    bool within = false;
+    uint place = 0u, base = 0u;
     for (;;) {
         // Leaves come out of the inner loop, so that neighbouring threads test triangles together.
         while (count == 0u && node != NONE) {
@@ -126,12 +140,37 @@ uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, b
                 if (near_count == 0u) node = near_child;
                 first = near_child;
                 count = near_count;
-            } else if (top > 0u) {
+            } else if (top > base) {
                 uint entry = stack[--top];
                 count = entry >> 28;
                 first = entry & 0x0fffffffu;
                 if (count == 0u) node = first;
             }
+        }
+        if (HAS_INSTANCES && count == LEAF_PLACEMENT) {
+            Placement p = world.placements.at[first];
+            mat3 m = mesh_from_world(p);
+            vec3 direction = m * direction_w;
+            origin = m * (origin_w - p.origin_w);
+            inverse = inverse_of(direction);
+            shear = shear_along(direction);
+            within = true;
+            place = first;
+            base = top;
+            node = p.node;
+            count = 0u;
+            continue;
+        }
+        if (HAS_INSTANCES && count == 0u && within && top > 0u) {
+            origin = origin_w;
+            inverse = inverse_of(direction_w);
+            within = false;
+            base = 0u;
+            uint entry = stack[--top];
+            count = entry >> 28;
+            first = entry & 0x0fffffffu;
+            if (count == 0u) node = first;
+            continue;
         }
         if (count == 0u) return found;
         for (uint i = first; i < first + count; i++) {
@@ -147,17 +186,17 @@ uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, b
                 if (HAS_ALPHA || HAS_ONE_SIDED) {
                     uint flags = world.triangles.at[i].material;
                     if (eye && (flags & TRIANGLE_ONE_SIDED) != 0u) there = det > 0.0;
-                    if (there && (flags & TRIANGLE_ALPHA) != 0u) there = !is_absent(world, i, e.yz / det, eye, chance);
+                    if (there && (flags & TRIANGLE_ALPHA) != 0u) there = !is_absent(world, i, place, e.yz / det, eye, chance);
                 }
                 if (there) {
-                    found = i;
+                    found = uvec2(i, place);
                     t_max = t;
                 }
             }
         }
-        if (any && found != NONE) return found;
+        if (any && found.x != NONE) return found;
         count = 0u;
-        if (top > 0u) {
+        if (top > base) {
             uint entry = stack[--top];
             count = entry >> 28;
             first = entry & 0x0fffffffu;
@@ -167,14 +206,14 @@ uint traverse(World world, vec3 origin, vec3 direction, float t_max, bool any, b
 }
 
 bool trace(World world, vec3 origin, vec3 direction, bool eye, uvec2 chance, out Hit hit) {
-    uint triangle = traverse(world, origin, direction, 3.0e38, false, eye, chance);
-    if (triangle == NONE) return false;
-    hit = complete_hit(world, triangle, origin, direction);
+    uvec2 found = traverse(world, origin, direction, 3.0e38, false, eye, chance);
+    if (found.x == NONE) return false;
+    hit = complete_hit(world, found.x, found.y, origin, direction);
     return true;
 }
 
 bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool eye, uvec2 chance) {
-    return traverse(world, origin, direction, distance_w, true, eye, chance) != NONE;
+    return traverse(world, origin, direction, distance_w, true, eye, chance).x != NONE;
 }
 
 #endif

@@ -28,8 +28,8 @@ void main() {
     FramePixel seen = nothing_seen();
     EyePath path = begin_eye_path(frame, pixel, index);
     Surface s;
-    uint triangle;
-    while (arrive(world, path, seen, s, triangle) && path.edges < frame.max_depth) {
+    Hit hit;
+    while (arrive(world, path, seen, s, hit) && path.edges < frame.max_depth) {
         // Photons do not leave towards where the shading normal faces away (see shading_ratio in
         // common/emit.comp).
         if (path.layer != LAYER_EMISSION && dot(s.normal_s, s.wo) <= 0.0) break;

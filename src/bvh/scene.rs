@@ -1,14 +1,11 @@
 //! The order of the scene's triangles, and the tree that the software traversal walks.
 
-use crate::shared::BvhNode;
+use crate::shared::{BvhNode, LEAF_PLACEMENT, LEAF_TRIANGLES};
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
 use std::time::Duration;
-
-/// Leaves hold at most this many triangles, so that the shader can push a leaf as one word.
-const LEAF_MAX: u32 = 4;
 
 /// A binary tree whose leaves are runs of `order`.
 pub struct SceneTree {
@@ -22,6 +19,44 @@ pub struct SceneTree {
 impl SceneTree {
     /// Over triangles given by their corners; PLOC with reinsertion (Meister & Bittner 2018, 2022).
     pub fn build(corners: &[[Vec3; 3]]) -> Self {
+        Self::with_leaves(corners, LEAF_TRIANGLES)
+    }
+
+    /// Over placements given by their boxes: each is a leaf, by its number.
+    pub fn over_placements(boxes: &[(Vec3, Vec3)]) -> Self {
+        // A triangle with the same box.
+        let corners: Vec<_> = boxes.iter().map(|&(low, high)| [low, high, low]).collect();
+        let mut tree = Self::with_leaves(&corners, 1);
+        for node in &mut tree.nodes {
+            let leaf = |child: &mut u32, count: &mut u32| {
+                if *count > 0 {
+                    (*child, *count) = (tree.order[*child as usize], LEAF_PLACEMENT);
+                }
+            };
+            leaf(&mut node.child0, &mut node.count0);
+            leaf(&mut node.child1, &mut node.count1);
+        }
+        tree
+    }
+
+    /// Appends to `nodes`, with leaves from this triangle on. Returns where the root lies.
+    pub fn append_to(&self, nodes: &mut Vec<BvhNode>, first_triangle: u32) -> u32 {
+        let root = nodes.len() as u32;
+        nodes.extend(self.nodes.iter().map(|node| {
+            let moved = |child, count| match count {
+                0 => child + root,
+                _ => child + first_triangle,
+            };
+            BvhNode {
+                child0: moved(node.child0, node.count0),
+                child1: moved(node.child1, node.count1),
+                ..*node
+            }
+        }));
+        root
+    }
+
+    fn with_leaves(corners: &[[Vec3; 3]], most: u32) -> Self {
         let triangles: Vec<Triangle> = corners
             .iter()
             .map(|[a, b, c]| Triangle {
@@ -31,7 +66,7 @@ impl SceneTree {
             })
             .collect();
         let parameters = BvhBuildParams {
-            max_prims_per_leaf: LEAF_MAX,
+            max_prims_per_leaf: most,
             ..BvhBuildParams::medium_build()
         };
         let tree = build_bvh2_from_tris(&triangles, parameters, &mut Duration::default());
@@ -148,7 +183,7 @@ mod tests {
                     (node.child0, node.count0, node.min0_w, node.max0_w),
                     (node.child1, node.count1, node.min1_w, node.max1_w),
                 ] {
-                    assert!(count <= LEAF_MAX);
+                    assert!(count <= LEAF_TRIANGLES);
                     for place in child..child + count {
                         let triangle = tree.order[place as usize];
                         seen[triangle as usize] += 1;

@@ -28,8 +28,8 @@ fn summary(scene: &Scene) -> String {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{name:11}{value}");
     };
-    row("triangles", scene.triangles.len().to_string());
-    row("vertices", scene.vertices.len().to_string());
+    row("triangles", scene.stored_triangles().count().to_string());
+    row("vertices", scene.stored_vertices().count().to_string());
     row("materials", scene.materials.len().to_string());
     let (textures, images) = (scene.textures.len(), scene.images.len());
     row("textures", format!("{textures} of {images} images"));
@@ -79,6 +79,8 @@ fn features(scene: &Scene, row: &mut impl FnMut(&str, String)) {
             (used.triangles, "triangles"),
             (used.lights, "lights"),
             (used.vertices, "vertices"),
+            (used.meshes, "meshes"),
+            (used.places, "places"),
             (used.textures, "textures"),
         ];
         let counts = counts.into_iter().filter(|(count, _)| *count > 0);
@@ -122,12 +124,7 @@ fn lights(scene: &Scene) -> String {
 }
 
 fn bounds(scene: &Scene) -> String {
-    if scene.vertices.is_empty() {
-        return "nothing".into();
-    }
-    let positions_w = || scene.vertices.iter().map(|v| v.position_w);
-    let low = positions_w().fold(Vec3::INFINITY, Vec3::min);
-    let high = positions_w().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let (low, high) = scene.bounds();
     format!("{} to {}", metres(scene, low), metres(scene, high))
 }
 
@@ -184,10 +181,10 @@ mod tests {
             "features   specular (materials 2, triangles 3): specular lobes, a photon map of caustics",
             "           delta lights (lights 1): point, spot and directional lights",
             "           vertex colours (vertices 3, 0.0 kB): colours of vertices",
-            "left out   diffuse, transmission, absorption, alpha, blend, unlit, base colour textures, \
+            "left out   diffuse, transmission, absorption, alpha, blend, unlit, instances, base colour textures, \
              metallic-roughness textures, normal maps, emission textures, specular textures, specular colour \
              textures, transmission textures, second texture coordinates",
-            "uploads    0.5 kB",
+            "uploads    0.4 kB",
             "cameras    0 'Main': yfov 90.0°, aspect 1.500, at (0, 1, 0) m",
             "bounds     (1, -3, 0.5) m to (3, -1, 0.5) m",
             "extensions KHR_x: not done",

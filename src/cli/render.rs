@@ -30,7 +30,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
         validate: args.validate,
     })?;
     let device = &gpu.info().name;
-    let triangles = scene.triangles.len();
+    let triangles = scene.stored_triangles().count();
     say(
         args,
         &format!(

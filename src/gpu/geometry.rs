@@ -16,10 +16,12 @@ pub struct TriangleGeometry {
     pub opaque: bool,
 }
 
-/// A place of a [`Blas`](super::Blas) or [`BoxBlas`](super::BoxBlas) in a [`Tlas`](super::Tlas), at the origin, unrotated.
+/// A place of a [`Blas`](super::Blas) or [`BoxBlas`](super::BoxBlas) in a [`Tlas`](super::Tlas).
 #[derive(Debug, Clone, Copy)]
 pub struct Instance {
     pub blas_address: u64,
+    /// World from structure, by rows; see [`Instance::IDENTITY`].
+    pub transform: [[f32; 4]; 3],
     /// 24 bits; what shaders read as the custom index.
     pub custom_index: u32,
     pub mask: u8,
@@ -28,6 +30,15 @@ pub struct Instance {
     /// Swaps front and back. Without it, faces that are counter-clockwise in a right-handed space, as
     /// glTF's, are front faces: the rule is stated for a left-handed space, where they are clockwise.
     pub front_ccw: bool,
+}
+
+impl Instance {
+    /// The transform that changes nothing.
+    pub const IDENTITY: [[f32; 4]; 3] = [
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+    ];
 }
 
 /// An instance as Vulkan lays it out (VkAccelerationStructureInstanceKHR).
@@ -126,11 +137,7 @@ pub(super) fn pack(instance: &Instance) -> PackedInstance {
         flags |= Flags::TRIANGLE_FRONT_COUNTERCLOCKWISE;
     }
     PackedInstance {
-        transform: [
-            [1.0, 0.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0, 0.0],
-            [0.0, 0.0, 1.0, 0.0],
-        ],
+        transform: instance.transform,
         index_and_mask: (instance.custom_index & 0xff_ffff) | u32::from(instance.mask) << 24,
         offset_and_flags: flags.as_raw() << 24,
         blas_address: instance.blas_address,

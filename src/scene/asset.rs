@@ -20,7 +20,7 @@ pub(super) type Checked<T> = Result<T, String>;
 
 /// Elements (triangle corners, sparse values) that a scene may read beyond [`PER_BYTE`] for each byte of its buffers: some
 /// 84 bytes each in memory, 1.4 GB in all. Only files that use the same data again and again come near it: instances count
-/// each time.
+/// each time, unless their mesh is stored once.
 const MAX_SHARED: u64 = 1 << 24;
 const PER_BYTE: u64 = 4;
 
@@ -99,8 +99,8 @@ impl<'a> Asset<'a> {
         let left = self.elements_left.get().checked_sub(count);
         self.elements_left.set(left.ok_or_else(|| {
             format!(
-                "{path}: the scene is too large for its file: more than {MAX_SHARED} triangle corners, instances \
-                 counted, and {PER_BYTE} for each byte of its buffers"
+                "{path}: the scene is too large for its file: more than {MAX_SHARED} triangle corners, flattened \
+                 instances counted, and {PER_BYTE} for each byte of its buffers"
             )
         })?);
         Ok(())

@@ -1,4 +1,4 @@
-//! Meshes, flattened to world-space triangles.
+//! Meshes, flattened to world-space triangles, or stored once where they are shown often.
 
 use std::collections::BTreeMap;
 
@@ -8,15 +8,12 @@ use gltf::json::validation::Checked::Valid;
 use gltf::json::{Mesh, Root, Value};
 
 use super::asset::{Asset, Checked, get};
-use super::instancing;
+use super::instancing::{self, Places};
 use super::node::{MAX_COORDINATE, Node};
 use super::primitive::{self, Attributes, Triangles};
 use super::tangent::unit;
 use super::warnings::Warnings;
-use super::{Material, Scene, Triangle, Vertex};
-
-/// Where a mesh is shown, and the paths of the nodes that do.
-type Places<'a> = Vec<(&'a str, DAffine3)>;
+use super::{Material, Mesh as SceneMesh, Scene, Triangle, Vertex};
 
 /// A scene that lies more than so many of its own extents from the origin is moved there before its positions
 /// become f32: each doubling costs them a bit of 24.
@@ -92,48 +89,145 @@ pub(super) fn add_meshes<'a>(
         }
     }
     // The whole bill before the first triangle is read.
-    let mut primitives = Vec::new();
-    for (i, (mesh, places)) in &instances {
+    let mut meshes = Vec::new();
+    for (i, (mesh, places)) in instances {
+        let mut primitives = Vec::new();
         for (j, json) in mesh.primitives.iter().enumerate() {
             let path = format!("/meshes/{i}/primitives/{j}");
+            if let Some(index) = json.material {
+                get(asset.root, index, format_args!("{path}/material"))?;
+            }
             if let Some(attributes) = Attributes::open(asset, json, &path, warnings)? {
-                let corners = attributes.corners() as u64;
-                asset.charge(corners.saturating_mul(places.len() as u64), &path)?;
-                primitives.push((json, path, attributes, places));
+                let material = json.material.map(|index| index.value());
+                primitives.push((path, attributes, material));
             }
         }
+        // Each place of a lamp is a lamp of its own.
+        let shines = |material: &Option<usize>| {
+            let material = material.and_then(|i| scene.materials.get(i));
+            material.is_some_and(|m| m.emission != Vec3::ZERO)
+        };
+        let dark = primitives.iter().filter(|(_, _, m)| !shines(m));
+        let corners: usize = dark.map(|(_, attributes, _)| attributes.corners()).sum();
+        let mut once = places.clone();
+        let often = instancing::take_instances(&mut once, corners / 3);
+        for (path, attributes, material) in &primitives {
+            let corners = attributes.corners() as u64;
+            let copies = match shines(material) {
+                true => places.len(),
+                false => once.len() + often.len(),
+            };
+            asset.charge(corners.saturating_mul(copies as u64), path)?;
+        }
+        meshes.push((primitives, places, once, often));
     }
     let named = scene.materials.len() as u32;
-    for (json, path, attributes, places) in primitives {
-        if let Some(index) = json.material {
-            get(asset.root, index, format_args!("{path}/material"))?;
+    for (primitives, places, once, often) in meshes {
+        let mut stored: Vec<_> = often.iter().map(Stored::new).collect();
+        for (path, attributes, material) in primitives {
+            let primitive =
+                primitive::read(&attributes, material, &path, &scene.materials, warnings)?;
+            // The default material comes last, and only where something needs it.
+            let material = material.map_or(named, |i| i as u32);
+            if material == named && scene.materials.len() as u32 == named {
+                scene.materials.push(Material::default());
+            }
+            let shines = scene.materials[material as usize].emission != Vec3::ZERO;
+            let once = if shines { &places } else { &once };
+            for (node, place) in once {
+                let (vertices, triangles) = (&mut scene.vertices, &mut scene.triangles);
+                add(&primitive, material, place, vertices, triangles)
+                    .map_err(|fault| format!("{node}: {fault}"))?;
+            }
+            if !shines {
+                for stored in &mut stored {
+                    stored.add(&primitive, material)?;
+                }
+            }
         }
-        let material = json.material.map(|index| index.value());
-        let primitive = primitive::read(&attributes, material, &path, &scene.materials, warnings)?;
-        // The default material comes last, and only where something needs it.
-        let material = material.map_or(named, |i| i as u32);
-        if material == named && scene.materials.len() as u32 == named {
-            scene.materials.push(Material::default());
-        }
-        for (node, place) in places {
-            add(&primitive, material, place, scene).map_err(|fault| format!("{node}: {fault}"))?;
+        for stored in stored {
+            scene.meshes.extend(stored.finish()?);
         }
     }
     Ok(())
 }
 
-/// Appends one instance of a primitive.
+/// A mesh that is stored once, under way.
+struct Stored<'a> {
+    places: &'a Places<'a>,
+    /// As its first place has it, about its first vertex: metres, and small numbers.
+    mesh_from_object: Option<DAffine3>,
+    mesh: SceneMesh,
+}
+
+impl<'a> Stored<'a> {
+    fn new(places: &'a Places<'a>) -> Self {
+        Self {
+            places,
+            mesh_from_object: None,
+            mesh: SceneMesh::default(),
+        }
+    }
+
+    fn add(&mut self, primitive: &Triangles, material: u32) -> Checked<()> {
+        let (Some((node, first)), Some(vertex)) = (self.places.first(), primitive.vertices.first())
+        else {
+            return Ok(());
+        };
+        let place = *self.mesh_from_object.get_or_insert_with(|| {
+            let middle_o = vertex.position_o.as_dvec3();
+            DAffine3 {
+                matrix3: first.matrix3,
+                translation: -first.transform_vector3(middle_o),
+            }
+        });
+        let mesh = &mut self.mesh;
+        add(
+            primitive,
+            material,
+            &place,
+            &mut mesh.vertices,
+            &mut mesh.triangles,
+        )
+        .map_err(|fault| format!("{node}: {fault}"))
+    }
+
+    /// `None` where nothing of it has an area.
+    fn finish(mut self) -> Checked<Option<SceneMesh>> {
+        let Some(mesh_from_object) = self.mesh_from_object else {
+            return Ok(None);
+        };
+        if self.mesh.triangles.is_empty() {
+            return Ok(None);
+        }
+        let object_from_mesh = mesh_from_object.inverse();
+        let bounds = self.mesh.bounds();
+        for (node, world_from_object) in self.places {
+            let place = (*world_from_object * object_from_mesh).as_affine3a();
+            let (low, high) = super::moved(bounds, &place);
+            let inside = f64::from(low.abs().max(high.abs()).max_element()) <= MAX_COORDINATE;
+            if !inside {
+                return Err(format!("{node}: a vertex is beyond {MAX_COORDINATE:e} m"));
+            }
+            self.mesh.places.push(place);
+        }
+        Ok(Some(self.mesh))
+    }
+}
+
+/// Appends a primitive as it stands at a place.
 fn add(
     primitive: &Triangles,
     material: u32,
     world_from_object: &DAffine3,
-    scene: &mut Scene,
+    vertices: &mut Vec<Vertex>,
+    triangles: &mut Vec<Triangle>,
 ) -> Checked<()> {
     let matrix = world_from_object.matrix3;
     let mirrored = matrix.determinant() < 0.0;
     let sign = if mirrored { -1.0 } else { 1.0 };
     let normals = cofactor(&matrix) * sign;
-    let first = scene.vertices.len();
+    let first = vertices.len();
     for vertex in &primitive.vertices {
         let position = world_from_object.transform_point3(vertex.position_o.as_dvec3());
         let inside = position.abs().max_element() <= MAX_COORDINATE;
@@ -148,7 +242,7 @@ fn add(
             let tangent = tangent.map_or(Vec3::ZERO, DVec3::as_vec3);
             tangent_w = unit(tangent, normal_w).extend(tangent_w.w * sign as f32);
         }
-        scene.vertices.push(Vertex {
+        vertices.push(Vertex {
             position_w: position.as_vec3(),
             normal_w,
             tangent_w,
@@ -159,12 +253,12 @@ fn add(
     for &[a, b, c] in &primitive.triangles {
         let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
         let triangle = triangle.map(|i| first as u32 + i);
-        let corners = triangle.map(|i| scene.vertices[i as usize].position_w);
+        let corners = triangle.map(|i| vertices[i as usize].position_w);
         if !has_area(corners) {
             continue;
         }
         for i in triangle {
-            let vertex = &mut scene.vertices[i as usize];
+            let vertex = &mut vertices[i as usize];
             // A node that flattens its mesh can flatten normals away.
             if vertex.normal_w == Vec3::ZERO
                 && let Some(normal) = primitive::face_normal(corners)
@@ -176,7 +270,7 @@ fn add(
                 }
             }
         }
-        scene.triangles.push(Triangle {
+        triangles.push(Triangle {
             vertices: triangle,
             material,
         });

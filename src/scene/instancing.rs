@@ -1,4 +1,4 @@
-//! EXT_mesh_gpu_instancing: a node that shows its mesh many times.
+//! Meshes that are shown many times: by EXT_mesh_gpu_instancing, or by many nodes.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 use gltf::json::Index;
@@ -69,4 +69,47 @@ pub(super) fn places(asset: &Asset, node: &Node) -> Checked<Vec<DAffine3>> {
         }
     }
     Ok(places)
+}
+
+/// A mesh is stored once where that spares so many triangles (about 30 MB), and those that a place costs: below, memory
+/// is no matter, and rays find their way through one tree faster than through two (benches/README.md).
+const SPARED_TRIANGLES: usize = 1 << 18;
+const TRIANGLES_A_PLACE: usize = 16;
+/// What a place may stretch a mesh in one direction over another, and over its first place: positions in the space of
+/// the mesh are to be as exact as those in the world.
+const MAX_STRETCH: f64 = 10.0;
+const MAX_SIZE: f64 = 100.0;
+
+/// Where a mesh is shown, and the paths of the nodes that do.
+pub(super) type Places<'a> = Vec<(&'a str, DAffine3)>;
+
+/// Takes out of `places` those at which a mesh of so many triangles is worth being stored once: for each handedness, as
+/// no place of a stored mesh mirrors.
+pub(super) fn take_instances<'a>(places: &mut Places<'a>, triangles: usize) -> Vec<Places<'a>> {
+    let mut taken = Vec::new();
+    for sign in [1.0, -1.0] {
+        // A mesh flattened by its place has no inverse: its norm is no number, or beyond all bounds.
+        let candidate =
+            |m: &DMat3| m.determinant() * sign > 0.0 && norm(m) * norm(&m.inverse()) <= MAX_STRETCH;
+        let first = places.iter().find(|(_, place)| candidate(&place.matrix3));
+        let Some(first) = first.map(|(_, place)| norm(&place.matrix3)) else {
+            continue;
+        };
+        let sizes = first / MAX_SIZE..=first * MAX_SIZE;
+        let fits = |m: &DMat3| candidate(m) && sizes.contains(&norm(m));
+        let count = places.iter().filter(|(_, p)| fits(&p.matrix3)).count();
+        let spared = count.saturating_sub(1).saturating_mul(triangles);
+        if spared >= SPARED_TRIANGLES + count.saturating_mul(TRIANGLES_A_PLACE) {
+            let (these, others) = places.drain(..).partition(|(_, p)| fits(&p.matrix3));
+            *places = others;
+            taken.push(these);
+        }
+    }
+    taken
+}
+
+/// The largest number in it.
+fn norm(matrix: &DMat3) -> f64 {
+    let numbers = matrix.to_cols_array().into_iter();
+    numbers.fold(0.0, |max: f64, x| max.max(x.abs()))
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{Affine3A, Vec3, Vec3A};
 use gltf::json::{Root, Value};
 
 use super::asset::{self, Asset, Checked};
@@ -10,7 +10,9 @@ use super::container::{self, Resources};
 use super::node::{self, Node};
 use super::texture::Textures;
 use super::warnings::Warnings;
-use super::{Alpha, Material, Scene, extensions, geometry, light_camera, material};
+use super::{
+    Alpha, Material, Mesh, Scene, Triangle, Vertex, extensions, geometry, light_camera, material,
+};
 use crate::{Error, Result};
 
 /// Loads the default (else the first) scene of a glTF 2.0 file, `.gltf` or `.glb`, with what it
@@ -57,7 +59,7 @@ fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
         node.world_from_node.translation -= scene.origin;
     }
     geometry::add_meshes(&asset, &nodes, &mut scene, &mut warnings)?;
-    if scene.triangles.is_empty() {
+    if scene.stored_triangles().next().is_none() {
         return Err("no triangles to render".into());
     }
     add_lights_and_cameras(&root, &nodes, &mut scene, &mut warnings)?;
@@ -123,19 +125,55 @@ fn add_lights_and_cameras(
 }
 
 impl Scene {
-    /// The least and greatest corner \[m\] of the box around all triangles.
+    /// The least and greatest corner \[m\] of a box around all triangles: of those that are shown once the least.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let positions = self
-            .triangles
-            .iter()
-            .flat_map(|triangle| triangle.vertices)
-            .filter_map(|i| self.vertices.get(i as usize))
-            .map(|vertex| vertex.position_w);
-        positions
-            .map(|position| (position, position))
-            .reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
+        let mut boxes: Vec<(Vec3, Vec3)> = bounds(&self.triangles, &self.vertices)
+            .into_iter()
+            .collect();
+        for mesh in &self.meshes {
+            let bounds = mesh.bounds();
+            boxes.extend(mesh.places.iter().map(|place| moved(bounds, place)));
+        }
+        let all = boxes.into_iter();
+        all.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
             .unwrap_or_default()
     }
+
+    /// Every triangle that is stored, be it shown once or many times.
+    pub fn stored_triangles(&self) -> impl Iterator<Item = &Triangle> {
+        let of_meshes = self.meshes.iter().flat_map(|mesh| &mesh.triangles);
+        self.triangles.iter().chain(of_meshes)
+    }
+
+    /// Every vertex that is stored.
+    pub fn stored_vertices(&self) -> impl Iterator<Item = &Vertex> {
+        let of_meshes = self.meshes.iter().flat_map(|mesh| &mesh.vertices);
+        self.vertices.iter().chain(of_meshes)
+    }
+}
+
+impl Mesh {
+    /// The least and greatest corner \[m\] of its box, in its own space.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        bounds(&self.triangles, &self.vertices).unwrap_or_default()
+    }
+}
+
+fn bounds(triangles: &[Triangle], vertices: &[Vertex]) -> Option<(Vec3, Vec3)> {
+    let corners = triangles.iter().flat_map(|triangle| triangle.vertices);
+    let positions = corners.filter_map(|i| Some(vertices.get(i as usize)?.position_w));
+    let points = positions.map(|position| (position, position));
+    points.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
+}
+
+/// The box around a box that is moved.
+pub fn moved((low, high): (Vec3, Vec3), place: &Affine3A) -> (Vec3, Vec3) {
+    let middle = place.transform_point3(0.5 * (low + high));
+    let half = Vec3A::from(0.5 * (high - low));
+    let m = place.matrix3;
+    let half = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
+    let half = Vec3::from(half);
+    (middle - half, middle + half)
 }
 
 impl Material {

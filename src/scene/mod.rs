@@ -20,17 +20,20 @@ mod warnings;
 
 use std::path::PathBuf;
 
-use glam::{DVec3, Mat4, Vec2, Vec3, Vec4};
+use glam::{Affine3A, DVec3, Mat4, Vec2, Vec3, Vec4};
 
 pub use extensions::extensions_table;
-pub use load::load;
+pub use load::{load, moved};
 
 /// A loaded scene. Units: metres, candela, lux, nit (see the README).
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
+    /// Of all meshes but those below.
     pub vertices: Vec<Vertex>,
     /// Counter-clockwise seen from the front, also under mirroring node transforms.
     pub triangles: Vec<Triangle>,
+    /// Those that are shown so often that each is stored once.
+    pub meshes: Vec<Mesh>,
     /// Never empty where there are triangles: glTF's default material stands in.
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
@@ -49,6 +52,17 @@ pub struct Scene {
     pub path: PathBuf,
     /// blake3 of all bytes that the scene was read from (the file and what it refers to).
     pub hash: [u8; 32],
+}
+
+/// Triangles that are shown many times. Nothing of it emits light.
+#[derive(Debug, Clone, Default)]
+pub struct Mesh {
+    /// In a space of the mesh's own, in metres, whatever the names of the fields say.
+    pub vertices: Vec<Vertex>,
+    /// Indices into these vertices and [`Scene::materials`].
+    pub triangles: Vec<Triangle>,
+    /// World from mesh, for each time that it is shown. None mirrors.
+    pub places: Vec<Affine3A>,
 }
 
 /// One vertex in world space, seen from [`Scene::origin`].

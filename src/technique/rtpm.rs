@@ -117,6 +117,7 @@ impl Rtpm {
                         commands.build_boxes(blas, boxes.offset(first).cast(), photons);
                         instances.push(Instance {
                             blas_address: blas.address(),
+                            transform: Instance::IDENTITY,
                             custom_index: map as u32,
                             mask: 1 << map,
                             facing_cull_disable: false,

@@ -3,12 +3,17 @@
 use super::features::{is_one_sided, textures};
 use crate::Result;
 use crate::gpu::{Gpu, TextureArray, TextureData};
-use crate::scene::{Alpha, Material, Scene};
+use crate::scene::{Alpha, Material, Scene, Triangle};
 use crate::shared::*;
 
-/// `materials`: the scene's that are uploaded, ascending.
-pub fn shading(scene: &Scene, materials: &[u32], triangle: u32, folded: u32) -> TriangleShading {
-    let t = &scene.triangles[triangle as usize];
+/// `materials`: the scene's that are uploaded, ascending. `first_vertex`: where those of the triangle's mesh begin.
+pub fn shading(
+    scene: &Scene,
+    materials: &[u32],
+    t: &Triangle,
+    first_vertex: u32,
+    folded: u32,
+) -> TriangleShading {
     let material = &scene.materials[t.material as usize];
     let place = materials.partition_point(|&m| m < t.material) as u32;
     let mut word = place | (folded * TRIANGLE_EDGE);
@@ -19,7 +24,7 @@ pub fn shading(scene: &Scene, materials: &[u32], triangle: u32, folded: u32) -> 
         word |= TRIANGLE_ALPHA;
     }
     TriangleShading {
-        vertices: t.vertices,
+        vertices: t.vertices.map(|v| first_vertex + v),
         material: word,
     }
 }

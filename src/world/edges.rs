@@ -1,12 +1,16 @@
 //! Where the surface ends or folds: the edges at which a gather must not count on photons beyond.
 
-use crate::scene::Scene;
+use crate::scene::{Triangle, Vertex};
 use crate::shared::FOLD_COSINE;
 use glam::Vec3;
 
 /// For each triangle three bits: edge i runs from corner i to corner i + 1, and no neighbour goes on
 /// smoothly there. Corners are the same where their positions are.
-pub fn folded_edges(scene: &Scene, corners: &[[Vec3; 3]]) -> Vec<u32> {
+pub fn folded_edges(
+    vertices: &[Vertex],
+    triangles: &[Triangle],
+    corners: &[[Vec3; 3]],
+) -> Vec<u32> {
     let normals: Vec<Vec3> = corners
         .iter()
         .map(|[a, b, c]| {
@@ -22,10 +26,10 @@ pub fn folded_edges(scene: &Scene, corners: &[[Vec3; 3]]) -> Vec<u32> {
         let edge = (triangle[(i + 1) % 3] - triangle[i]).normalize_or_zero();
         normals[t as usize].cross(edge)
     };
-    let welded = weld(scene);
+    let welded = weld(vertices);
     // (the edge's ends in order, triangle, edge)
     let mut edges: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(3 * corners.len());
-    for (t, triangle) in scene.triangles.iter().enumerate() {
+    for (t, triangle) in triangles.iter().enumerate() {
         let v = triangle.vertices.map(|v| welded[v as usize]);
         for i in 0..3 {
             let ends = [v[i], v[(i + 1) % 3]];
@@ -54,14 +58,14 @@ pub fn folded_edges(scene: &Scene, corners: &[[Vec3; 3]]) -> Vec<u32> {
 }
 
 /// For each vertex the first one at the same place.
-fn weld(scene: &Scene) -> Vec<u32> {
+fn weld(vertices: &[Vertex]) -> Vec<u32> {
     // Adding zero makes -0 and 0 the same bits.
     let key = |v: u32| {
-        (scene.vertices[v as usize].position_w + Vec3::ZERO)
+        (vertices[v as usize].position_w + Vec3::ZERO)
             .to_array()
             .map(f32::to_bits)
     };
-    let mut order: Vec<u32> = (0..scene.vertices.len() as u32).collect();
+    let mut order: Vec<u32> = (0..vertices.len() as u32).collect();
     order.sort_by_cached_key(|&v| key(v));
     let mut welded = vec![0; order.len()];
     for same in order.chunk_by(|&a, &b| key(a) == key(b)) {
@@ -75,7 +79,7 @@ fn weld(scene: &Scene) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Triangle, Vertex};
+    use crate::scene::Scene;
 
     /// Two triangles that share the edge from (0,0,0) to (1,1,0), the second one turned about it.
     fn pair(apex: Vec3) -> (Scene, Vec<[Vec3; 3]>) {
@@ -112,14 +116,23 @@ mod tests {
         let (mut scene, mut corners) = pair(Vec3::X);
         scene.triangles.push(scene.triangles[0]);
         corners.push(corners[0]);
-        assert_eq!(folded_edges(&scene, &corners), [0b110, 0b011, 0b110]);
+        assert_eq!(
+            folded_edges(&scene.vertices, &scene.triangles, &corners),
+            [0b110, 0b011, 0b110]
+        );
     }
 
     #[test]
     fn a_flat_diagonal_goes_on_and_a_fold_does_not() {
         let (scene, corners) = pair(Vec3::X);
-        assert_eq!(folded_edges(&scene, &corners), [0b110, 0b011]);
+        assert_eq!(
+            folded_edges(&scene.vertices, &scene.triangles, &corners),
+            [0b110, 0b011]
+        );
         let (scene, corners) = pair(Vec3::new(0.5, 0.5, 1.0));
-        assert_eq!(folded_edges(&scene, &corners), [0b111, 0b111]);
+        assert_eq!(
+            folded_edges(&scene.vertices, &scene.triangles, &corners),
+            [0b111, 0b111]
+        );
     }
 }

@@ -26,6 +26,8 @@ enum UsedBy {
     Vertices(fn(&crate::scene::Vertex) -> bool),
     /// Lights without area.
     Lights,
+    /// Meshes that are stored once and shown many times.
+    Instances,
 }
 
 const fn slot(name: &'static str, slot: u32, switches_on: &'static str) -> Feature {
@@ -117,6 +119,12 @@ pub const FEATURES: &[Feature] = &[
         used_by: UsedBy::Lights,
     },
     Feature {
+        name: "instances",
+        bit: FEATURE_INSTANCES,
+        switches_on: "a tree over places of meshes, each mesh stored once",
+        used_by: UsedBy::Instances,
+    },
+    Feature {
         name: "vertex colours",
         bit: FEATURE_VERTEX_COLORS,
         switches_on: "colours of vertices",
@@ -159,9 +167,11 @@ pub fn upload_bytes(scene: &Scene) -> u64 {
     let slots = has(ANY_SLOT) * size_of::<[TextureSlot; SLOTS_PER_MATERIAL as usize]>();
     let material = size_of::<crate::shared::Material>() + slots;
     let triangle = 36 + size_of::<TriangleShading>();
-    let buffers = vertex * scene.vertices.len()
+    let places = scene.meshes.iter().map(|mesh| mesh.places.len());
+    let buffers = vertex * scene.stored_vertices().count()
         + material * reached.materials.len()
-        + triangle * scene.triangles.len();
+        + triangle * scene.stored_triangles().count()
+        + size_of::<Placement>() * places.sum::<usize>();
     buffers as u64
         + textures
             .iter()
@@ -178,6 +188,9 @@ pub struct Use {
     /// Lights without area.
     pub lights: usize,
     pub vertices: usize,
+    /// Meshes that are stored once, and how often all of them are shown.
+    pub meshes: usize,
+    pub places: usize,
     /// Distinct textures.
     pub textures: usize,
     /// On the device, beyond what every scene takes.
@@ -201,7 +214,7 @@ pub fn everything() -> u32 {
 impl Feature {
     /// How much of `scene` uses it.
     pub fn used_in(&self, scene: &Scene, reached: &Reached) -> Use {
-        let vertices = scene.vertices.len();
+        let vertices = scene.stored_vertices().count();
         let attribute = |bytes: usize| (bytes * vertices) as u64;
         let by_materials = |uses: &dyn Fn(&Material) -> bool| {
             let mut used = Use::default();
@@ -235,10 +248,19 @@ impl Feature {
                 }
             }
             UsedBy::Vertices(uses) => {
-                let vertices = scene.vertices.iter().filter(|v| uses(v)).count();
+                let vertices = scene.stored_vertices().filter(|v| uses(v)).count();
                 Use {
                     vertices,
                     bytes: if vertices > 0 { attribute(16) } else { 0 },
+                    ..Use::default()
+                }
+            }
+            UsedBy::Instances => {
+                let places = scene.meshes.iter().map(|mesh| mesh.places.len()).sum();
+                Use {
+                    meshes: scene.meshes.len(),
+                    places,
+                    bytes: (places * size_of::<Placement>()) as u64,
                     ..Use::default()
                 }
             }
@@ -259,7 +281,7 @@ pub struct Reached {
 impl Reached {
     pub fn new(scene: &Scene) -> Self {
         let mut triangles = vec![0; scene.materials.len()];
-        for triangle in &scene.triangles {
+        for triangle in scene.stored_triangles() {
             triangles[triangle.material as usize] += 1;
         }
         let materials = (0..).zip(triangles).filter(|&(_, count)| count > 0);

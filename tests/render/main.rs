@@ -9,6 +9,7 @@ mod closed_forms;
 mod convergence;
 mod estimators;
 mod furnace;
+mod instances;
 mod khronos;
 mod limits;
 mod optics;

@@ -4,6 +4,7 @@ mod damage;
 mod document;
 mod geometry;
 mod hierarchy;
+mod instances;
 mod materials;
 mod public;
 mod textures;

@@ -205,6 +205,7 @@ impl<'a> Probe<'a> {
         commands.build_boxes(&blas, box_buffer.ptr(), boxes.len());
         let instance = Instance {
             blas_address: blas.address(),
+            transform: Instance::IDENTITY,
             custom_index: 0,
             mask: 0xff,
             facing_cull_disable: false,
