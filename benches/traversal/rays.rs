@@ -10,7 +10,7 @@ use lightfall::settings::Trace;
 use lightfall::shaders::spirv;
 use lightfall::shared::{BenchRaysPush, NONE, Ray};
 use lightfall::view::camera_frame;
-use lightfall::world::World;
+use lightfall::world::{World, features};
 use std::f32::consts::TAU;
 
 const EDGE: u32 = 512;
@@ -71,7 +71,7 @@ pub fn run(gpu: &Gpu) -> Result<()> {
 }
 
 fn tracer(gpu: &Gpu, scene: &Scene, trace: Trace, variant: &str) -> Result<Tracer> {
-    let world = World::new(gpu, scene, trace)?;
+    let world = World::new(gpu, scene, trace, features(scene))?;
     let code = spirv(&format!("bench.rays.{variant}"))?;
     Ok(Tracer {
         pass: gpu.pass("rays", code, &[world.features, world.stack_size], None)?,
