@@ -2,11 +2,12 @@
 
 mod convert;
 mod edges;
+mod environment;
 mod lights;
 
 use crate::bvh::{SceneTree, morton_order};
 use crate::gpu::{Blas, Buffer, Gpu, Instance, Ptr, TextureArray, Tlas, TriangleGeometry};
-use crate::scene::{Alpha, Material, Scene};
+use crate::scene::{Alpha, Environment, Material, Scene};
 use crate::settings::Trace;
 use crate::shared::*;
 use crate::{Error, Result};
@@ -38,6 +39,7 @@ struct Held {
     slots: Buffer<TextureSlot>,
     lights: Buffer<Light>,
     lights_by_triangle: Buffer<u32>,
+    environment: Option<environment::Buffers>,
     nodes: Option<Buffer<BvhNode>>,
     structure: Option<(Vec<Blas>, Tlas)>,
 }
@@ -108,6 +110,9 @@ impl World {
             )?,
             lights: gpu.upload("lights", &lights)?,
             lights_by_triangle: gpu.upload("lights by triangle", &by_triangle)?,
+            environment: environment(scene)
+                .map(|e| environment::upload(gpu, e))
+                .transpose()?,
             positions,
             nodes,
             structure,
@@ -130,6 +135,10 @@ impl World {
             first_delta_light: by_triangle.len() as u32,
             center_w: ((min + max) * 0.5).into(),
             radius: (max - min).length() * 0.5,
+            environment: held
+                .environment
+                .as_ref()
+                .map_or(Default::default(), |e| e.environment),
         };
         Ok(Self {
             trace,
@@ -233,6 +242,12 @@ fn structure(
     Ok((all, tlas))
 }
 
+/// That of the scene, unless it is black.
+fn environment(scene: &Scene) -> Option<&Environment> {
+    let shines = |e: &&Environment| e.map.pixels.iter().any(|&value| value > 0.0);
+    scene.environment.as_ref().filter(shines)
+}
+
 fn features(scene: &Scene) -> u32 {
     let mut features = 0;
     for m in &scene.materials {
@@ -261,13 +276,16 @@ fn features(scene: &Scene) -> u32 {
     if !scene.lights.is_empty() {
         features |= FEATURE_DELTA_LIGHTS;
     }
+    if environment(scene).is_some() {
+        features |= FEATURE_ENVIRONMENT;
+    }
     features
 }
 
 /// What a scene may hold and pay for, in words for the user, and whether this one does. Shaders leave out
 /// what it does not hold; without specular surfaces no photon map of caustics is built, and without
 /// textures no descriptor is bound.
-pub fn scene_features(scene: &Scene) -> [(&'static str, bool); 9] {
+pub fn scene_features(scene: &Scene) -> [(&'static str, bool); 10] {
     let bits = features(scene);
     let has = |bit| bits & bit != 0;
     [
@@ -279,6 +297,7 @@ pub fn scene_features(scene: &Scene) -> [(&'static str, bool); 9] {
         ("unlit", has(FEATURE_UNLIT)),
         ("one-sided", has(FEATURE_ONE_SIDED)),
         ("delta lights", has(FEATURE_DELTA_LIGHTS)),
+        ("environment", has(FEATURE_ENVIRONMENT)),
         ("textures", is_textured(scene)),
     ]
 }

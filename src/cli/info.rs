@@ -145,7 +145,7 @@ mod tests {
             "materials  2",
             "lights     1 point, 0 spot, 0 directional, 2 emissive triangles",
             "features   specular, one-sided, delta lights; left out: transmission, absorption, alpha, \
-             blend, unlit, textures; caustic map: built",
+             blend, unlit, environment, textures; caustic map: built",
             "cameras    0 'Main': yfov 90.0°, aspect 1.500, at (0, 1, 0) m",
             "bounds     (1, -3, 0.5) m to (3, -1, 0.5) m",
             "extensions KHR_x: not done",
