@@ -2,6 +2,7 @@
 
 mod convert;
 mod edges;
+mod environment;
 mod features;
 mod lights;
 
@@ -46,6 +47,7 @@ struct Held {
     slots: Option<Buffer<TextureSlot>>,
     lights: Buffer<Light>,
     lights_by_triangle: Buffer<u32>,
+    environment: Option<environment::Buffers>,
     nodes: Option<Buffer<BvhNode>>,
     structure: Option<(Vec<Blas>, Tlas)>,
 }
@@ -126,6 +128,9 @@ impl World {
                 .transpose()?,
             lights: gpu.upload("lights", &lights)?,
             lights_by_triangle: gpu.upload("lights by triangle", &by_triangle)?,
+            environment: has(FEATURE_ENVIRONMENT)
+                .then(|| environment::upload(gpu, &environment::of(scene)))
+                .transpose()?,
             positions,
             nodes,
             structure,
@@ -152,6 +157,10 @@ impl World {
             first_delta_light: by_triangle.len() as u32,
             center_w: ((min + max) * 0.5).into(),
             radius: (max - min).length() * 0.5,
+            environment: held
+                .environment
+                .as_ref()
+                .map_or(Default::default(), |e| e.environment),
         };
         Ok(Self {
             trace,

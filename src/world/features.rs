@@ -1,6 +1,7 @@
 //! What a scene uses of all that lightfall can do, found once at load. Specialization constants, buffers, textures
 //! and passes follow from it: what a scene does not use is not compiled in, uploaded or run.
 
+use super::environment;
 use crate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::shared::*;
 use glam::Vec3;
@@ -26,6 +27,7 @@ enum UsedBy {
     Vertices(fn(&crate::scene::Vertex) -> bool),
     /// Lights without area.
     Lights,
+    Environment,
 }
 
 const fn slot(name: &'static str, slot: u32, switches_on: &'static str) -> Feature {
@@ -115,6 +117,12 @@ pub const FEATURES: &[Feature] = &[
         bit: FEATURE_DELTA_LIGHTS,
         switches_on: "point, spot and directional lights",
         used_by: UsedBy::Lights,
+    },
+    Feature {
+        name: "environment",
+        bit: FEATURE_ENVIRONMENT,
+        switches_on: "light from all around",
+        used_by: UsedBy::Environment,
     },
     Feature {
         name: "vertex colours",
@@ -246,6 +254,11 @@ impl Feature {
                 lights: scene.lights.len(),
                 ..Use::default()
             },
+            UsedBy::Environment if environment::shines(scene) => Use {
+                bytes: environment::bytes(&environment::of(scene)),
+                ..Use::default()
+            },
+            UsedBy::Environment => Use::default(),
         }
     }
 }

@@ -206,7 +206,8 @@ pub fn check_photons(
     );
 }
 
-fn check_by(
+/// [`check`] for the techniques that are wanted.
+pub fn check_by(
     wanted: impl Fn(&Row) -> bool,
     scene: &Scene,
     settings: &Settings,
