@@ -5,7 +5,7 @@ use super::Technique;
 use super::gather::{Gather, SortedPhotons};
 use crate::Result;
 use crate::bvh::{PhotonTree, Shape};
-use crate::gpu::{BoxBlas, Commands, Instance, Pass, Tlas};
+use crate::gpu::{BoxBlas, Commands, Instance, Pass, RayShaders, Tlas};
 use crate::photons::Order;
 use crate::render::Engine;
 use crate::settings::Trace;
@@ -26,10 +26,8 @@ pub struct Rtpm {
 enum Structure {
     /// Trees of the caustic and the global map.
     Software([PhotonTree; 2]),
-    Query {
-        blas: [BoxBlas; 2],
-        tlas: Tlas,
-    },
+    /// The driver's, over boxes.
+    Boxes { blas: [BoxBlas; 2], tlas: Tlas },
 }
 
 impl Technique for Rtpm {
@@ -44,14 +42,25 @@ impl Rtpm {
     /// For the engine's traversal, with the gather pass of this technique.
     pub fn new(engine: &Engine, technique: &str) -> Result<Self> {
         let (photons, structure) = structure(engine)?;
-        let trace = match structure {
-            Structure::Software(_) => "software",
-            Structure::Query { .. } => "query",
+        let trace = engine.world.trace;
+        let stem = format!("{technique}.gather.{}", trace.variant());
+        let gather = match trace {
+            Trace::Pipeline => {
+                let called = RayShaders {
+                    any_hit: Some(spirv("photon.any")?),
+                    intersection: Some(spirv("photon.intersection")?),
+                    ..RayShaders::default()
+                };
+                let code = spirv(&stem)?;
+                Gather::with(engine, 0, |name, constants| {
+                    engine.gpu.ray_pass(name, code, &called, constants, None)
+                })?
+            }
+            _ => Gather::new(engine, &stem, 0)?,
         };
-        let stem = format!("{technique}.gather.{trace}");
         Ok(Self {
             tree: engine.gpu.pass("build", spirv("rtpm.tree")?, &[], None)?,
-            gather: Gather::new(engine, &stem, 0)?,
+            gather,
             photons,
             structure,
         })
@@ -86,7 +95,7 @@ impl Rtpm {
                 maps.caustic_tree = caustic.ptr();
                 maps.global_tree = global.ptr();
             }
-            Structure::Query { tlas, .. } => maps.tlas = address_words(tlas.address()),
+            Structure::Boxes { tlas, .. } => maps.tlas = address_words(tlas.address()),
         }
         engine.gpu.write(&self.gather.maps, 0, &[maps])
     }
@@ -102,7 +111,7 @@ impl Rtpm {
                     }
                 }
             }
-            Structure::Query { blas, tlas } => {
+            Structure::Boxes { blas, tlas } => {
                 let boxes = self.photons.boxes_ptr();
                 let mut first = 0;
                 let mut instances = Vec::new();
@@ -137,10 +146,10 @@ fn grid((min, max): (Vec3, Vec3)) -> (Vec3, f32) {
 /// Room for as many photons as the engine may store.
 fn structure(engine: &Engine) -> Result<(SortedPhotons, Structure)> {
     let (gpu, capacity) = (&engine.gpu, engine.photons.capacity());
-    Ok(match engine.world.trace {
-        Trace::Query => (
+    Ok(match engine.world.trace.uses_structures() {
+        true => (
             SortedPhotons::boxes(engine)?,
-            Structure::Query {
+            Structure::Boxes {
                 blas: [
                     gpu.box_blas("caustic photons", capacity)?,
                     gpu.box_blas("global photons", capacity)?,
@@ -148,7 +157,7 @@ fn structure(engine: &Engine) -> Result<(SortedPhotons, Structure)> {
                 tlas: gpu.tlas("photons", 2)?,
             },
         ),
-        _ => (
+        false => (
             SortedPhotons::positions(engine)?,
             Structure::Software([
                 PhotonTree::new(gpu, capacity)?,
