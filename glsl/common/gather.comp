@@ -33,6 +33,7 @@ void main() {
     uvec2 pixel;
     bool inside = pixel_of_thread(frame, thread_index(), pixel);
     uint index = pixel.y * frame.size.x + pixel.x;
+    ViewSample view;
     view.weight = view.position_w = vec3(0.0);
     if (inside) view = push.samples.at[index];
 #ifdef NEAR_GRID
@@ -40,36 +41,45 @@ void main() {
 #else
     if (view.weight == vec3(0.0)) return;
 #endif
+    PhotonMaps maps = push.maps.at[0];
+    position_w = view.position_w;
+    gather.wo = unpack_direction(view.wo);
+    gather.normal_g = unpack_direction(view.normal_g);
+    gather.fresnel = unpackHalf2x16(view.fresnel);
+    gather.longest = frame.max_depth - view.depth;
+    gather.edge_distance = view.edge_distance;
+    if (STOCHASTIC) gather.rng = Rng(frame.seed, frame.iteration, index, STREAM_GATHER + (push.map << 24));
 
 #ifdef PIXEL_RADII
     float radius = sqrt(statistics_of(frame, push.statistics, index).radius2[push.map]);
 #else
     float radius = frame.radius[push.map];
 #endif
-    prepare(frame, index, radius);
-    float area = PI * radius * radius, inner_area = PI * inner_radius2;
-    if (clipped) {
-        float cosine = dot(edge_normal[0], edge_normal[1]);
+    gather.radius = radius;
+    float area = PI * radius * radius, inner_area = PI * inner_radius2();
+    if (is_clipped()) {
+        for (int i = 0; i < 2; i++) gather.edge_normal[i] = unpack_direction(view.edge_normal[i]);
+        float cosine = dot(gather.edge_normal[0], gather.edge_normal[1]);
         area = clipped_disc_area(radius, view.edge_distance, cosine);
         inner_area = clipped_disc_area(0.5 * radius, view.edge_distance, cosine);
     }
-    gathered.sum = gathered.inner_sum = vec3(0.0);
-    gathered.found = 0u;
-    find_near(maps, push.map, view.position_w, radius);
+    gather.sum = gather.inner_sum = vec3(0.0);
+    gather.found = 0u;
+    find_near(maps, push.map, position_w, radius);
 
-    if (RESERVOIR && gathered.found > 0u) {
-        uint n = min(gathered.found, push.reservoir);
-        for (uint i = 0u; i < n; i++) add(photon_at(maps, gathered.kept[i]));
-        gathered.sum *= float(gathered.found) / float(n);
-        gathered.inner_sum *= float(gathered.found) / float(n);
+    if (RESERVOIR && gather.found > 0u) {
+        uint n = min(gather.found, push.reservoir);
+        for (uint i = 0u; i < n; i++) add(photon_at(maps, gather.kept[i]));
+        gather.sum *= float(gather.found) / float(n);
+        gather.inner_sum *= float(gather.found) / float(n);
     }
 #ifdef NEAR_GRID
     if (!wanted) return;
 #endif
-    vec3 radiance = view.weight * gathered.sum / area;
-    push.pixels.at[index].bias[push.map] = luminance(radiance - view.weight * gathered.inner_sum / inner_area);
+    vec3 radiance = view.weight * gather.sum / area;
+    push.pixels.at[index].bias[push.map] = luminance(radiance - view.weight * gather.inner_sum / inner_area);
 #ifdef PIXEL_RADII
-    push.pixels.at[index].found[push.map] = gathered.found;
+    push.pixels.at[index].found[push.map] = gather.found;
 #endif
     if (push.map == MAP_CAUSTIC) push.pixels.at[index].caustic = radiance;
     else push.pixels.at[index].global = radiance;
