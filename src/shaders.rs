@@ -79,7 +79,10 @@ shaders! {
     "bench.rays.query" "bench/rays.comp" ["TRACE_QUERY"],
     "bench.rays.pipeline" "bench/rays.comp" ["TRACE_PIPELINE"],
     "doctor.addresses" "doctor/addresses.comp" [],
-    "doctor.boxes" "doctor/boxes.comp" [],
+    "doctor.boxes.query" "doctor/boxes.comp" [],
+    "doctor.boxes.pipeline" "doctor/boxes.comp" ["TRACE_PIPELINE"],
+    "doctor.boxes.any" "doctor/boxes.rahit" ["TRACE_PIPELINE"],
+    "doctor.boxes.intersection" "doctor/boxes.rint" ["TRACE_PIPELINE"],
 }
 
 static SPIRV: Dir = include_dir!("$CARGO_MANIFEST_DIR/glsl/spirv");

@@ -145,14 +145,24 @@ fn examine(info: &DeviceInfo, out: &mut impl Write) -> Result<()> {
         print(out, &row(finding.test, &text))
     };
     show(addresses::test(&gpu)?)?;
-    if info.caps.ray_query {
-        let probe = Probe::new(&gpu)?;
+    let probes = [
+        (info.caps.ray_query, Probe::query as fn(_) -> _),
+        (info.caps.ray_tracing_pipeline, Probe::pipeline),
+    ];
+    let mut probes = probes.iter().filter(|(there, _)| *there);
+    if let Some((_, probe)) = probes.next() {
+        let probe: Probe = probe(&gpu)?;
         show(probe.scratch())?;
         for finding in probe.boxes()? {
             show(finding)?;
         }
         show(probe.no_length()?)?;
         show(probe.inactive()?)?;
+    }
+    // What both share was asked above.
+    if let Some((_, probe)) = probes.next() {
+        let [found, ..] = probe(&gpu)?.boxes()?;
+        show(found)?;
     }
     fault.map_or(Ok(()), Err)
 }
