@@ -11,10 +11,10 @@ use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
 use crate::scene::{Camera, Scene};
 use crate::settings::{AUTO, Direct, Evaluate, Settings, Trace};
-use crate::shared::{FEATURE_DIRECT_RAYS, FEATURE_LEDGER, Frame};
+use crate::shared::{FEATURE_DIFFUSE, FEATURE_DIRECT_RAYS, FEATURE_LEDGER, Frame};
 use crate::technique::{Row, TECHNIQUES, Technique};
 use crate::view::{View, camera_frame};
-use crate::world::{World, check_size};
+use crate::world::{World, check_size, features};
 use crate::{Error, Result};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -66,20 +66,34 @@ impl Renderer {
 
     /// As [`Self::new`], by a technique that need not be in the table.
     pub fn with(gpu: &Gpu, scene: &Scene, settings: &Settings, row: &Row) -> Result<Self> {
+        Self::with_features(gpu, scene, settings, row, features(scene))
+    }
+
+    /// As [`Self::with`], compiled for these features, which include the scene's: benchmarks switch on what it
+    /// does not use.
+    pub fn with_features(
+        gpu: &Gpu,
+        scene: &Scene,
+        settings: &Settings,
+        row: &Row,
+        features: u32,
+    ) -> Result<Self> {
         check_size(scene, &gpu.info().name)?;
         let trace = choose_trace(gpu, settings.trace)?;
         let camera = choose_camera(scene, settings.camera.as_deref())?;
         let size = settings.size.unwrap_or_else(|| default_size(camera));
-        let paths = match row.photons {
+        let max_depth = settings.max_depth;
+        let rays = settings.direct != Direct::Photons;
+        // With direct light by rays, photons bring light over at least two edges, to where the eye's is a third.
+        let gathers = row.photons && features & FEATURE_DIFFUSE != 0;
+        let paths = match gathers && (!rays || max_depth > 2) {
             true => settings.photons.unwrap_or_else(|| default_paths(gpu, size)),
             false => 0,
         };
-        let max_depth = settings.max_depth;
         check_photons(paths, max_depth)?;
-        let rays = settings.direct != Direct::Photons;
         let direct = if rays { FEATURE_DIRECT_RAYS } else { 0 };
 
-        let world = World::new(gpu, scene, trace)?;
+        let world = World::new(gpu, scene, trace, features)?;
         let view = View::new(gpu, &world, size, direct)?;
         let ledger = if settings.ledger { FEATURE_LEDGER } else { 0 };
         let photons = Photons::new(gpu, &world, paths, max_depth, direct | ledger)?;

@@ -155,6 +155,14 @@ shared_constants! {
     FEATURE_DIRECT_RAYS = 256;
     FEATURE_BLEND = 1024;
     FEATURE_UNLIT = 2048;
+    FEATURE_DIFFUSE = 1 << 18;
+    FEATURE_AREA_LIGHTS = 1 << 19;
+    FEATURE_ROUGH = 1 << 20;
+    FEATURE_METALLIC = 1 << 21;
+    FEATURE_VERTEX_COLORS = 1 << 22;
+    FEATURE_UV1 = 1 << 23;
+    /// Textures in the slot with this number, shifted by it.
+    FEATURE_SLOT = 1 << 25;
     /// Rows of [`World::texture_slots`] for each material, in this order.
     SLOT_BASE_COLOR = 0;
     SLOT_METALLIC_ROUGHNESS = 1;
@@ -199,15 +207,6 @@ shared_structs! {
     struct TriangleShading {
         vertices: [u32; 3],
         material: u32,
-    }
-
-    /// What shading needs of a vertex.
-    struct VertexShading {
-        normal_w: [f32; 3],
-        tangent_w: [f32; 4],
-        uv0: [f32; 2],
-        uv1: [f32; 2],
-        color: [f32; 4],
     }
 
     /// See `scene::Material`.
@@ -259,7 +258,12 @@ shared_structs! {
         /// Three corners a triangle, in the order of the traversal structure.
         positions_w: Ptr<[f32; 3]>,
         triangles: Ptr<TriangleShading>,
-        vertices: Ptr<VertexShading>,
+        /// Of each vertex; what no feature needs lies nowhere.
+        normals_w: Ptr<[f32; 3]>,
+        tangents_w: Ptr<[f32; 4]>,
+        uvs0: Ptr<[f32; 2]>,
+        uvs1: Ptr<[f32; 2]>,
+        colors: Ptr<[f32; 4]>,
         materials: Ptr<Material>,
         texture_slots: Ptr<TextureSlot>,
         /// Emissive triangles, then lights without area.

@@ -2,19 +2,23 @@
 
 mod convert;
 mod edges;
+mod features;
 mod lights;
 
 use crate::bvh::{SceneTree, morton_order};
 use crate::gpu::{
     Blas, Buffer, Gpu, Instance, Pass, Ptr, RayShaders, TextureArray, Tlas, TriangleGeometry,
 };
-use crate::scene::{Alpha, Material, Scene};
+use crate::scene::{Scene, Vertex};
 use crate::settings::Trace;
 use crate::shaders::spirv;
 use crate::shared::*;
 use crate::{Error, Result};
-use convert::{is_textured, material, shading, slots, textures, vertex};
+use convert::{material, shading, slots, texture_array};
+use features::{ANY_SLOT, is_one_sided};
 use glam::Vec3;
+
+pub use features::{FEATURES, Feature, Reached, Use, everything, features, upload_bytes};
 
 /// The scene's buffers and what they hold.
 pub struct World {
@@ -23,7 +27,7 @@ pub struct World {
     pub world: Buffer<crate::shared::World>,
     /// `None` where no material has one: such scenes bind no descriptor at all.
     pub textures: Option<TextureArray>,
-    /// FEATURE_ bits.
+    /// FEATURE_ bits of what is compiled in, uploaded and run.
     pub features: u32,
     /// Entries of the software traversal's stack.
     pub stack_size: u32,
@@ -36,9 +40,13 @@ pub struct World {
 struct Held {
     positions: Buffer<[f32; 3]>,
     triangles: Buffer<TriangleShading>,
-    vertices: Buffer<VertexShading>,
+    normals: Buffer<[f32; 3]>,
+    tangents: Option<Buffer<[f32; 4]>>,
+    uvs0: Option<Buffer<[f32; 2]>>,
+    uvs1: Option<Buffer<[f32; 2]>>,
+    colors: Option<Buffer<[f32; 4]>>,
     materials: Buffer<crate::shared::Material>,
-    slots: Buffer<TextureSlot>,
+    slots: Option<Buffer<TextureSlot>>,
     lights: Buffer<Light>,
     lights_by_triangle: Buffer<u32>,
     nodes: Option<Buffer<BvhNode>>,
@@ -46,11 +54,12 @@ struct Held {
 }
 
 impl World {
-    /// Uploads `scene` for a traversal.
+    /// Uploads `scene` for a traversal, with all that `features` name. Those that it uses must be among them.
     ///
     /// # Errors
     /// No light in the scene; textures on a device without descriptor indexing; out of memory.
-    pub fn new(gpu: &Gpu, scene: &Scene, trace: Trace) -> Result<Self> {
+    pub fn new(gpu: &Gpu, scene: &Scene, trace: Trace, features: u32) -> Result<Self> {
+        let has = |bits| features & bits != 0;
         let corners: Vec<[Vec3; 3]> = scene
             .triangles
             .iter()
@@ -72,14 +81,19 @@ impl World {
             .flat_map(|&t| corners[t as usize].map(Into::into))
             .collect();
         let folded = edges::folded_edges(scene, &corners);
+        let reached = Reached::new(scene);
+        let materials: Vec<u32> = reached.materials.iter().map(|m| m.0).collect();
         let triangles: Vec<TriangleShading> = order
             .iter()
-            .map(|&t| shading(scene, t, folded[t as usize]))
+            .map(|&t| shading(scene, &materials, t, folded[t as usize]))
             .collect();
         let lights = lights::lights(scene, &order)?;
         let by_triangle = lights::by_triangle(&lights);
-        let features = features(scene);
-        let textures = textures(gpu, scene)?;
+        let in_slots = reached.textures_in(scene, |_| true);
+        let textures = has(ANY_SLOT)
+            .then(|| texture_array(gpu, scene, &in_slots))
+            .transpose()?;
+        let materials = || materials.iter().map(|&m| &scene.materials[m as usize]);
         let (min, max) = scene.bounds();
 
         let positions = gpu.upload("positions", &positions)?;
@@ -93,22 +107,26 @@ impl World {
             .transpose()?;
         let held = Held {
             triangles: gpu.upload("triangles", &triangles)?,
-            vertices: gpu.upload(
-                "vertices",
-                &scene.vertices.iter().map(vertex).collect::<Vec<_>>(),
-            )?,
-            materials: gpu.upload(
-                "materials",
-                &scene.materials.iter().map(material).collect::<Vec<_>>(),
-            )?,
-            slots: gpu.upload(
-                "texture slots",
-                &if textures.is_some() {
-                    scene.materials.iter().flat_map(slots).collect()
-                } else {
-                    Vec::new()
-                },
-            )?,
+            normals: gpu.upload("normals", &attribute(scene, |v| v.normal_w.into()))?,
+            tangents: has(FEATURE_SLOT << SLOT_NORMAL)
+                .then(|| gpu.upload("tangents", &attribute(scene, |v| v.tangent_w.into())))
+                .transpose()?,
+            uvs0: has(ANY_SLOT)
+                .then(|| gpu.upload("TEXCOORD_0", &attribute(scene, |v| v.uv[0].into())))
+                .transpose()?,
+            uvs1: has(FEATURE_UV1)
+                .then(|| gpu.upload("TEXCOORD_1", &attribute(scene, |v| v.uv[1].into())))
+                .transpose()?,
+            colors: has(FEATURE_VERTEX_COLORS)
+                .then(|| gpu.upload("colours", &attribute(scene, |v| v.color.into())))
+                .transpose()?,
+            materials: gpu.upload("materials", &materials().map(material).collect::<Vec<_>>())?,
+            slots: has(ANY_SLOT)
+                .then(|| {
+                    let slots = materials().flat_map(|m| slots(m, &in_slots));
+                    gpu.upload("texture slots", &slots.collect::<Vec<_>>())
+                })
+                .transpose()?,
             lights: gpu.upload("lights", &lights)?,
             lights_by_triangle: gpu.upload("lights by triangle", &by_triangle)?,
             positions,
@@ -118,12 +136,16 @@ impl World {
         let world = crate::shared::World {
             positions_w: held.positions.ptr(),
             triangles: held.triangles.ptr(),
-            vertices: held.vertices.ptr(),
+            normals_w: held.normals.ptr(),
+            tangents_w: ptr(&held.tangents),
+            uvs0: ptr(&held.uvs0),
+            uvs1: ptr(&held.uvs1),
+            colors: ptr(&held.colors),
             materials: held.materials.ptr(),
-            texture_slots: held.slots.ptr(),
+            texture_slots: ptr(&held.slots),
             lights: held.lights.ptr(),
             lights_by_triangle: held.lights_by_triangle.ptr(),
-            nodes: held.nodes.as_ref().map_or(Ptr::null(), Buffer::ptr),
+            nodes: ptr(&held.nodes),
             tlas: held
                 .structure
                 .as_ref()
@@ -195,8 +217,12 @@ pub fn address_words(address: u64) -> [u32; 2] {
     [address as u32, (address >> 32) as u32]
 }
 
-fn is_one_sided(material: &Material) -> bool {
-    !material.double_sided && !material.is_transmissive()
+fn ptr<T>(buffer: &Option<Buffer<T>>) -> Ptr<T> {
+    buffer.as_ref().map_or(Ptr::null(), Buffer::ptr)
+}
+
+fn attribute<T>(scene: &Scene, of: impl Fn(&Vertex) -> T) -> Vec<T> {
+    scene.vertices.iter().map(of).collect()
 }
 
 /// Triangles in Morton order within each of the four groups of the acceleration structure, and
@@ -258,56 +284,6 @@ fn structure(
     Ok((all, tlas))
 }
 
-fn features(scene: &Scene) -> u32 {
-    let mut features = 0;
-    for m in &scene.materials {
-        // A layer that reflects nothing is a plain Lambertian surface.
-        if m.metallic > 0.0 || m.specular > 0.0 || m.is_transmissive() {
-            features |= FEATURE_SPECULAR;
-        }
-        if m.is_transmissive() {
-            features |= FEATURE_TRANSMISSION;
-        }
-        if m.absorption.is_some_and(|sigma| sigma != Vec3::ZERO) {
-            features |= FEATURE_ABSORPTION;
-        }
-        match m.alpha {
-            Alpha::Opaque => {}
-            Alpha::Mask { .. } => features |= FEATURE_ALPHA,
-            Alpha::Blend => features |= FEATURE_BLEND,
-        }
-        if m.unlit {
-            features |= FEATURE_UNLIT;
-        }
-        if is_one_sided(m) {
-            features |= FEATURE_ONE_SIDED;
-        }
-    }
-    if !scene.lights.is_empty() {
-        features |= FEATURE_DELTA_LIGHTS;
-    }
-    features
-}
-
-/// What a scene may hold and pay for, in words for the user, and whether this one does. Shaders leave out
-/// what it does not hold; without specular surfaces no photon map of caustics is built, and without
-/// textures no descriptor is bound.
-pub fn scene_features(scene: &Scene) -> [(&'static str, bool); 9] {
-    let bits = features(scene);
-    let has = |bit| bits & bit != 0;
-    [
-        ("specular", has(FEATURE_SPECULAR)),
-        ("transmission", has(FEATURE_TRANSMISSION)),
-        ("absorption", has(FEATURE_ABSORPTION)),
-        ("alpha", has(FEATURE_ALPHA)),
-        ("blend", has(FEATURE_BLEND)),
-        ("unlit", has(FEATURE_UNLIT)),
-        ("one-sided", has(FEATURE_ONE_SIDED)),
-        ("delta lights", has(FEATURE_DELTA_LIGHTS)),
-        ("textures", is_textured(scene)),
-    ]
-}
-
 /// What the software tree and the acceleration structure cannot hold.
 pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
     if scene.materials.len() > TRIANGLE_MATERIAL_MASK as usize {
@@ -327,51 +303,4 @@ pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
         });
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::TextureRef;
-
-    #[test]
-    fn features_are_those_of_the_scene() {
-        let on = |scene: &Scene| -> Vec<&str> {
-            let features = scene_features(scene).into_iter();
-            features.filter(|f| f.1).map(|f| f.0).collect()
-        };
-        let chalk = Material {
-            metallic: 0.0,
-            specular: 0.0,
-            double_sided: true,
-            ..Material::default()
-        };
-        let mut scene = Scene {
-            materials: vec![chalk.clone()],
-            ..Scene::default()
-        };
-        assert_eq!(on(&scene), [""; 0]);
-        scene.materials.push(Material {
-            transmission: 1.0,
-            absorption: Some(Vec3::ONE),
-            ..chalk.clone()
-        });
-        assert_eq!(on(&scene), ["specular", "transmission", "absorption"]);
-        scene.materials[1] = Material {
-            alpha: Alpha::Mask { cutoff: 0.5 },
-            double_sided: false,
-            normal_texture: Some(TextureRef {
-                texture: 0,
-                uv_set: 0,
-                transform: [Vec3::X, Vec3::Y],
-            }),
-            ..chalk
-        };
-        scene.lights.push(crate::scene::Light::Point {
-            position_w: Vec3::ZERO,
-            intensity: Vec3::ONE,
-        });
-        let last = ["alpha", "one-sided", "delta lights", "textures"];
-        assert_eq!(on(&scene), last);
-    }
 }

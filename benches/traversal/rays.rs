@@ -9,7 +9,7 @@ use lightfall::scene::Scene;
 use lightfall::settings::Trace;
 use lightfall::shared::{BenchRaysPush, NONE, Ray};
 use lightfall::view::camera_frame;
-use lightfall::world::World;
+use lightfall::world::{World, features};
 use std::f32::consts::TAU;
 
 const EDGE: u32 = 512;
@@ -79,7 +79,7 @@ pub fn run(gpu: &Gpu) -> Result<()> {
 }
 
 fn tracer(gpu: &Gpu, scene: &Scene, trace: Trace) -> Result<Tracer> {
-    let world = World::new(gpu, scene, trace)?;
+    let world = World::new(gpu, scene, trace, features(scene))?;
     Ok(Tracer {
         pass: world.pass(gpu, "bench.rays", 0, &[])?,
         met: gpu.buffer("met", (EDGE * EDGE) as usize)?,

@@ -67,7 +67,7 @@ void main() {
             find_edges(world, triangle, s, result);
             result.footprint = pixel_footprint(frame, path.length_w);
             // Towards lights that are easier to hit than to sample.
-            if (DIRECT_RAYS && depart(s, event, path)) arrive(world, path, seen, s, triangle);
+            if (DIRECT_RAYS && HAS_AREA_LIGHTS && depart(s, event, path)) arrive(world, path, seen, s, triangle);
             break;
         }
         if (!depart(s, event, path)) break;

@@ -155,7 +155,7 @@ BsdfSample sample_bsdf(Surface s, bool radiance, vec4 u, vec2 v) {
     }
     mat3 frame = frame_of(s.normal_s);
     vec3 h = s.normal_s;
-    if (HAS_SPECULAR && s.alpha > 0.0) h = frame * sample_visible_normal(s.wo * frame, s.alpha, u.xy);
+    if (HAS_ROUGH && s.alpha > 0.0) h = frame * sample_visible_normal(s.wo * frame, s.alpha, u.xy);
     float cos_h = clamp(dot(s.wo, h), 0.0, 1.0);
     Lobes lobes = lobes_at(s, cos_h);
     float w_sum = lobes.choice.x + lobes.choice.y + lobes.choice.z;

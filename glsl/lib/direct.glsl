@@ -39,9 +39,9 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
     LightSample l;
     l.light = Direct(vec3(0.0), vec3(0.0));
     Light light = world.lights.at[choose_light(world, choice)];
-    vec3 irradiance;
+    vec3 irradiance = vec3(0.0);
     float pdf_light = 0.0;
-    if (light.kind == LIGHT_TRIANGLE) {
+    if (HAS_AREA_LIGHTS && light.kind == LIGHT_TRIANGLE) {
         vec2 bary = sample_triangle(u);
         Corners p = corners_of(world, light.triangle);
         vec3 to = interpolate(p.p0, p.p1, p.p2, bary) - s.position_w;
@@ -53,7 +53,7 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
         pdf_light = light.probability * l.distance_w * l.distance_w / (triangle_area(p) * cosine);
         // The light itself must not shade the light.
         l.distance_w *= 0.9999;
-    } else {
+    } else if (HAS_DELTA_LIGHTS) {
         irradiance = delta_irradiance(light, s.position_w, l.wi, l.distance_w) / light.probability;
     }
     if (HAS_ABSORPTION) {
@@ -66,7 +66,7 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
         l.light.diffuse = eval_diffuse(s, l.wi, pdf_diffuse) * irradiance;
         if (pdf_light > 0.0) l.light.diffuse /= pdf_light + pdf_diffuse;
     }
-    if (HAS_SPECULAR) {
+    if (HAS_ROUGH) {
         l.light.specular = eval_specular(s, l.wi, pdf_specular) * irradiance;
         if (pdf_light > 0.0) l.light.specular /= pdf_light + pdf_specular;
     }

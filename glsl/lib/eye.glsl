@@ -119,7 +119,7 @@ bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface 
 // `diffuse`: by the diffuse one too.
 void add_direct_light(World world, Surface s, bool diffuse, inout EyePath path, inout FramePixel seen) {
     diffuse = diffuse && max_component(diffuse_color(s)) > 0.0;
-    if (!diffuse && !(HAS_SPECULAR && s.alpha > 0.0)) return;
+    if (!diffuse && !(HAS_ROUGH && s.alpha > 0.0)) return;
     Direct d = direct_light(world, s, path.medium, diffuse, path.layer == LAYER_EMISSION, next_pair_bits(path, 0u), vec3(next_pair(path, 1u), next_pair(path, 5u).x), next_chance(path, 7u));
     add_light(seen, layer_after(path.layer, true), path.throughput * d.diffuse);
     add_light(seen, layer_after(path.layer, false), path.throughput * d.specular);
@@ -146,7 +146,7 @@ bool depart(Surface s, BsdfSample event, inout EyePath path) {
     path.pdf_solid_angle = 0.0;
     bool diffuse = event.lobe == LOBE_DIFFUSE;
     if (diffuse) eval_diffuse(s, event.wi, path.pdf_solid_angle);
-    else if (HAS_SPECULAR) eval_specular(s, event.wi, path.pdf_solid_angle);
+    else if (HAS_ROUGH) eval_specular(s, event.wi, path.pdf_solid_angle);
     path.layer = layer_after(path.layer, diffuse);
     path.medium = next_medium(s, path.medium, event.lobe);
     path.origin_w = leave(s, event.wi);

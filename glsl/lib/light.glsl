@@ -55,7 +55,7 @@ Emission emit_photon(World world, uint index, uint paths, vec2 u, vec2 v) {
     Light light = world.lights.at[index];
     Emission e;
     float share = 1.0 / (light.probability * float(paths));
-    if (light.kind == LIGHT_TRIANGLE) {
+    if (HAS_AREA_LIGHTS && light.kind == LIGHT_TRIANGLE) {
         vec2 bary = sample_triangle(u);
         Corners p = corners_of(world, light.triangle);
         vec3 n = face_normal(p);

@@ -4,8 +4,11 @@
 #ifdef TEXTURES
 layout(set = 0, binding = 0) uniform sampler2D textures[];
 
+bool has_slot(uint slot) { return (FEATURES >> slot & FEATURE_SLOT) != 0u; }
+
 // One slot of a material; white where the slot is empty.
 vec4 fetch(World world, uint material, uint slot, vec2 uv0, vec2 uv1) {
+    if (!has_slot(slot)) return vec4(1.0);
     TextureSlot t = world.texture_slots.at[material * SLOTS_PER_MATERIAL + slot];
     if (t.texture == NONE) return vec4(1.0);
     vec3 uv = vec3(t.uv_set == 0u ? uv0 : uv1, 1.0);
@@ -41,15 +44,23 @@ float origin_offset(Corners c) {
     return 9.5367431640625e-7 * max_component(max(abs(c.p0), max(abs(c.p1), abs(c.p2))));
 }
 
+vec4 color_at(World world, uvec3 v, vec2 bary) {
+    if (!HAS_VERTEX_COLORS) return vec4(1.0);
+    vec4 a = world.colors.at[v.x], b = world.colors.at[v.y], c = world.colors.at[v.z];
+    return a + bary.x * (b - a) + bary.y * (c - a);
+}
+
+vec2 uv_at(vec2Ref uvs, uvec3 v, vec2 bary) {
+    return interpolate(vec3(uvs.at[v.x], 0), vec3(uvs.at[v.y], 0), vec3(uvs.at[v.z], 0), bary).xy;
+}
+
 // Share of a point of a triangle that is there: of a blended one the base colour's alpha, else all or nothing.
 float coverage_at(World world, uint triangle, vec2 bary) {
     TriangleShading t = world.triangles.at[triangle];
     uint m = t.material & TRIANGLE_MATERIAL_MASK;
-    VertexShading a = world.vertices.at[t.vertices.x], b = world.vertices.at[t.vertices.y], c = world.vertices.at[t.vertices.z];
-    float alpha = world.materials.at[m].base_color.a * interpolate(a.color.aaa, b.color.aaa, c.color.aaa, bary).x;
+    float alpha = world.materials.at[m].base_color.a * color_at(world, t.vertices, bary).a;
 #ifdef TEXTURES
-    vec2 uv0 = interpolate(vec3(a.uv0, 0), vec3(b.uv0, 0), vec3(c.uv0, 0), bary).xy;
-    vec2 uv1 = interpolate(vec3(a.uv1, 0), vec3(b.uv1, 0), vec3(c.uv1, 0), bary).xy;
+    vec2 uv0 = uv_at(world.uvs0, t.vertices, bary), uv1 = HAS_UV1 ? uv_at(world.uvs1, t.vertices, bary) : uv0;
     alpha *= fetch(world, m, SLOT_BASE_COLOR, uv0, uv1).a;
 #endif
     if (HAS_BLEND && (world.materials.at[m].flags & MATERIAL_BLEND) != 0u) return alpha;
@@ -73,7 +84,7 @@ bool is_absent(World world, uint triangle, vec2 bary, bool eye, uvec2 chance) {
 Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     Corners p = corners_of(world, triangle);
     TriangleShading t = world.triangles.at[triangle];
-    VertexShading a = world.vertices.at[t.vertices.x], b = world.vertices.at[t.vertices.y], c = world.vertices.at[t.vertices.z];
+    uvec3 v = t.vertices;
     Material m = world.materials.at[t.material & TRIANGLE_MATERIAL_MASK];
 
     Surface s;
@@ -83,15 +94,14 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     vec3 n_g = face_normal(p);
     s.front = dot(n_g, wo) >= 0.0;
     s.normal_g = s.front ? n_g : -n_g;
-    vec3 n_s = interpolate(a.normal_w, b.normal_w, c.normal_w, bary);
-    vec4 color = m.base_color * (a.color + bary.x * (b.color - a.color) + bary.y * (c.color - a.color));
+    vec3 n_s = interpolate(world.normals_w.at[v.x], world.normals_w.at[v.y], world.normals_w.at[v.z], bary);
+    vec4 color = m.base_color * color_at(world, v, bary);
     float metallic = m.metallic, roughness = m.roughness, specular = m.specular, transmission = m.transmission;
     vec3 specular_color = m.specular_color;
-    s.emission = m.emission;
+    s.emission = HAS_AREA_LIGHTS ? m.emission : vec3(0.0);
 #ifdef TEXTURES
     uint slot = t.material & TRIANGLE_MATERIAL_MASK;
-    vec2 uv0 = interpolate(vec3(a.uv0, 0), vec3(b.uv0, 0), vec3(c.uv0, 0), bary).xy;
-    vec2 uv1 = interpolate(vec3(a.uv1, 0), vec3(b.uv1, 0), vec3(c.uv1, 0), bary).xy;
+    vec2 uv0 = uv_at(world.uvs0, v, bary), uv1 = HAS_UV1 ? uv_at(world.uvs1, v, bary) : uv0;
     color *= fetch(world, slot, SLOT_BASE_COLOR, uv0, uv1);
     vec4 mr = fetch(world, slot, SLOT_METALLIC_ROUGHNESS, uv0, uv1);
     roughness *= mr.g;
@@ -100,8 +110,9 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     specular *= fetch(world, slot, SLOT_SPECULAR, uv0, uv1).a;
     specular_color *= fetch(world, slot, SLOT_SPECULAR_COLOR, uv0, uv1).rgb;
     transmission *= fetch(world, slot, SLOT_TRANSMISSION, uv0, uv1).r;
-    if (world.texture_slots.at[slot * SLOTS_PER_MATERIAL + SLOT_NORMAL].texture != NONE) {
-        vec4 tangent = a.tangent_w + bary.x * (b.tangent_w - a.tangent_w) + bary.y * (c.tangent_w - a.tangent_w);
+    if (has_slot(SLOT_NORMAL) && world.texture_slots.at[slot * SLOTS_PER_MATERIAL + SLOT_NORMAL].texture != NONE) {
+        vec4 a = world.tangents_w.at[v.x], b = world.tangents_w.at[v.y], c = world.tangents_w.at[v.z];
+        vec4 tangent = a + bary.x * (b - a) + bary.y * (c - a);
         vec3 n = fetch(world, slot, SLOT_NORMAL, uv0, uv1).xyz * 2.0 - 1.0;
         n.xy *= m.normal_scale;
         vec3 bitangent = cross(n_s, tangent.xyz) * tangent.w;
@@ -123,10 +134,10 @@ Surface surface_at(World world, uint triangle, vec2 bary, vec3 wo) {
     s.base_color = color.rgb;
     // What a random number of 24 bits makes of alpha at least.
     s.coverage = HAS_BLEND && (m.flags & MATERIAL_BLEND) != 0u ? max(color.a, 5.9604644775390625e-8) : 1.0;
-    s.metallic = metallic;
+    s.metallic = HAS_METALLIC ? metallic : 0.0;
     s.transmission = HAS_TRANSMISSION ? transmission : 0.0;
     // A narrower lobe is lost in the rounding of directions, which are unit vectors of f32.
-    s.alpha = roughness > 1e-3 ? roughness * roughness : 0.0;
+    s.alpha = HAS_ROUGH && roughness > 1e-3 ? roughness * roughness : 0.0;
     s.f0 = min(square((m.ior - 1.0) / (m.ior + 1.0)) * specular_color, vec3(1.0)) * specular;
     s.f90 = specular;
     s.ior = m.ior;

@@ -3,6 +3,7 @@
 use crate::{
     Error, Result,
     scene::{self, Light, Projection, Scene},
+    world::{FEATURES, Reached, Use, upload_bytes},
 };
 use glam::Vec3;
 use std::{
@@ -33,7 +34,7 @@ fn summary(scene: &Scene) -> String {
     let (textures, images) = (scene.textures.len(), scene.images.len());
     row("textures", format!("{textures} of {images} images"));
     row("lights", lights(scene));
-    row("features", super::features(scene));
+    features(scene, &mut row);
     for (i, camera) in scene.cameras.iter().enumerate() {
         let position_w = camera.world_from_camera.w_axis;
         let aspect = camera
@@ -60,6 +61,42 @@ fn summary(scene: &Scene) -> String {
         row("warning", warning.clone());
     }
     text
+}
+
+/// What the scene uses, how much of it does, and what it makes the device do; then what is left out.
+fn features(scene: &Scene, row: &mut impl FnMut(&str, String)) {
+    let reached = Reached::new(scene);
+    let mut title = "features";
+    let mut left_out = Vec::new();
+    for feature in FEATURES {
+        let used = feature.used_in(scene, &reached);
+        if used == Use::default() {
+            left_out.push(feature.name);
+            continue;
+        }
+        let counts = [
+            (used.materials, "materials"),
+            (used.triangles, "triangles"),
+            (used.lights, "lights"),
+            (used.vertices, "vertices"),
+            (used.textures, "textures"),
+        ];
+        let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+        let counts = counts.map(|(count, of)| format!("{of} {count}"));
+        let bytes = (used.bytes > 0).then(|| kilobytes(used.bytes));
+        let counts: Vec<String> = counts.chain(bytes).collect();
+        let (name, on) = (feature.name, feature.switches_on);
+        row(
+            std::mem::take(&mut title),
+            format!("{name} ({}): {on}", counts.join(", ")),
+        );
+    }
+    row("left out", left_out.join(", "));
+    row("uploads", kilobytes(upload_bytes(scene)));
+}
+
+fn kilobytes(bytes: u64) -> String {
+    format!("{:.1} kB", bytes as f64 * 1e-3)
 }
 
 fn projection(projection: Projection) -> String {
@@ -144,8 +181,13 @@ mod tests {
             "triangles  3",
             "materials  2",
             "lights     1 point, 0 spot, 0 directional, 2 emissive triangles",
-            "features   specular, one-sided, delta lights; left out: transmission, absorption, alpha, \
-             blend, unlit, textures; caustic map: built",
+            "features   specular (materials 2, triangles 3): specular lobes, a photon map of caustics",
+            "           delta lights (lights 1): point, spot and directional lights",
+            "           vertex colours (vertices 3, 0.0 kB): colours of vertices",
+            "left out   diffuse, transmission, absorption, alpha, blend, unlit, base colour textures, \
+             metallic-roughness textures, normal maps, emission textures, specular textures, specular colour \
+             textures, transmission textures, second texture coordinates",
+            "uploads    0.5 kB",
             "cameras    0 'Main': yfov 90.0°, aspect 1.500, at (0, 1, 0) m",
             "bounds     (1, -3, 0.5) m to (3, -1, 0.5) m",
             "extensions KHR_x: not done",

@@ -12,7 +12,11 @@ mod render;
 
 pub use args::{BenchArgs, Cli, Command, CompareArgs, RenderArgs};
 
-use crate::{Error, Result, scene::Scene, world::scene_features};
+use crate::{
+    Error, Result,
+    scene::Scene,
+    world::{FEATURES, features},
+};
 
 /// How a command that did not fail ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,25 +50,13 @@ pub fn exit_code(result: &Result<Outcome>) -> u8 {
     }
 }
 
-/// What the scene makes the shaders do, what they leave out, and what comes of that.
-fn features(scene: &Scene) -> String {
-    let features = scene_features(scene);
+/// What the scene uses, and what is left out as it does not.
+fn used_and_left_out(scene: &Scene) -> String {
+    let bits = features(scene);
     let named = |on: bool| {
-        let names = features.iter().filter(|f| f.1 == on).map(|f| f.0);
-        let names: Vec<&str> = names.collect();
-        if names.is_empty() {
-            "none".into()
-        } else {
-            names.join(", ")
-        }
+        let names = FEATURES.iter().filter(|f| (bits & f.bit != 0) == on);
+        let names: Vec<&str> = names.map(|f| f.name).collect();
+        names.join(", ")
     };
-    let caustics = match features.contains(&("specular", true)) {
-        true => "built",
-        false => "not built",
-    };
-    format!(
-        "{}; left out: {}; caustic map: {caustics}",
-        named(true),
-        named(false)
-    )
+    format!("{}; left out: {}", named(true), named(false))
 }

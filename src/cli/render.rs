@@ -195,7 +195,10 @@ fn report(
         );
     }
     if args.timings {
-        say(args, &format!("features: {}", super::features(scene)));
+        say(
+            args,
+            &format!("features: {}", super::used_and_left_out(scene)),
+        );
         say(
             args,
             &format!("{:42} {:>15} {:>8}", "pass", "ms/iteration", "share"),

@@ -6,7 +6,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
-use super::device::Shared;
+use super::device::{Gpu, Shared};
 use crate::Result;
 
 /// GLSL's default alignment of a buffer reference.
@@ -120,6 +120,15 @@ impl Drop for RawBuffer {
         // SAFETY: no submitted work uses it: `Commands` holds what it uses until it was waited for.
         unsafe { self.shared.device.destroy_buffer(self.raw, None) };
         self.shared.free(self.allocation.take());
+    }
+}
+
+impl Gpu {
+    /// Names and bytes of all that lies in the device's memory.
+    pub fn allocations(&self) -> Vec<(String, u64)> {
+        let report = self.shared.allocator().generate_report();
+        let allocations = report.allocations.into_iter();
+        allocations.map(|of| (of.name, of.size)).collect()
     }
 }
 

@@ -53,10 +53,16 @@ impl Engine {
         self.gpu.commands()
     }
 
-    /// Camera paths, then light paths, repeated with larger buffers until no photon is lost. Returns
-    /// how many photons the caustic and the global map hold.
+    /// Camera paths, then light paths, if there are any, repeated with larger buffers until no photon is lost.
+    /// Returns how many photons the caustic and the global map hold.
     pub fn trace_paths(&mut self) -> Result<[u32; 2]> {
         let paths = self.frame_data.paths;
+        if paths == 0 {
+            let mut commands = self.commands()?;
+            self.view.record(&mut commands, &self.world, &self.frame);
+            self.finish(commands)?;
+            return Ok([0, 0]);
+        }
         loop {
             self.frame_data.capacity = self.photons.capacity() as u32;
             let mut commands = self.commands()?;
@@ -102,6 +108,14 @@ impl Engine {
     /// Adds the iteration to the film.
     pub fn record_film(&self, commands: &mut Commands) {
         self.film.record(commands, &self.view, &self.frame);
+    }
+
+    /// The rest of an iteration that stored no photon.
+    pub fn finish_without_photons(&mut self) -> Result<()> {
+        let mut commands = self.gpu.commands()?;
+        self.record_film(&mut commands);
+        self.finish(commands)?;
+        Ok(())
     }
 
     /// Runs the rest of the iteration.

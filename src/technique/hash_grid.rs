@@ -32,6 +32,9 @@ pub struct HashGrid {
 impl Technique for HashGrid {
     fn iterate(&mut self, engine: &mut Engine) -> Result<()> {
         let counts = engine.trace_paths()?;
+        if counts == [0, 0] {
+            return engine.finish_without_photons();
+        }
         let slots = self.reserve(engine, counts)?;
         let mut commands = engine.gpu.commands()?;
         let order = Order::Slots {
@@ -80,7 +83,7 @@ impl HashGrid {
         let (min, max) = engine.world.bounds_w;
         // Cells at least so large that their numbers stay exact.
         let least = (max - min).max_element() / GRID_CELL_MAX as f32;
-        let slots = counts.map(slots_for);
+        let slots = counts.map(|n| if n == 0 { 0 } else { slots_for(n) });
         let grid = |map: usize, first_slot| PhotonGrid {
             starts: self.table.ptr(),
             min_w: min.into(),

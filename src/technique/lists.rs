@@ -29,6 +29,9 @@ struct Table {
 impl Technique for Lists {
     fn iterate(&mut self, engine: &mut Engine) -> Result<()> {
         let counts = engine.trace_paths()?;
+        if counts == [0, 0] {
+            return engine.finish_without_photons();
+        }
         if self.photons.outgrown(engine) {
             self.photons = SortedPhotons::positions(engine)?;
             self.table = Table::new(engine, self.length, self.buckets)?;

@@ -5,7 +5,7 @@ use super::Technique;
 use super::gather::{Gather, SortedPhotons};
 use crate::Result;
 use crate::bvh::{PhotonTree, Shape};
-use crate::gpu::{BoxBlas, Commands, Instance, Pass, RayShaders, Tlas};
+use crate::gpu::{BoxBlas, Commands, Instance, Pass, Ptr, RayShaders, Tlas};
 use crate::photons::Order;
 use crate::render::Engine;
 use crate::settings::Trace;
@@ -22,12 +22,15 @@ pub struct Rtpm {
     structure: Structure,
 }
 
-/// What finds photons near a point, for as many as the buffers hold.
+/// What finds photons near a point, for as many as the buffers hold: of the caustic and the global map. There is no
+/// caustic map where nothing is specular.
 enum Structure {
-    /// Trees of the caustic and the global map.
-    Software([PhotonTree; 2]),
+    Software([Option<PhotonTree>; 2]),
     /// The driver's, over boxes.
-    Boxes { blas: [BoxBlas; 2], tlas: Tlas },
+    Boxes {
+        blas: [Option<BoxBlas>; 2],
+        tlas: Tlas,
+    },
 }
 
 impl Technique for Rtpm {
@@ -69,8 +72,11 @@ impl Rtpm {
     /// Photons of one iteration and what finds them. Returns how many the caustic and the global map hold.
     pub fn build(&mut self, engine: &mut Engine) -> Result<(Commands, [u32; 2])> {
         let counts = engine.trace_paths()?;
-        self.reserve(engine, counts)?;
         let mut commands = engine.gpu.commands()?;
+        if counts == [0, 0] {
+            return Ok((commands, counts));
+        }
+        self.reserve(engine, counts)?;
         let [_, indices] = engine.record_sort(&mut commands, counts, Order::Hilbert);
         self.photons
             .record(engine, &mut commands, &self.gather.maps, indices, counts);
@@ -92,8 +98,10 @@ impl Rtpm {
         };
         match &self.structure {
             Structure::Software([caustic, global]) => {
-                maps.caustic_tree = caustic.ptr();
-                maps.global_tree = global.ptr();
+                let ptr =
+                    |tree: &Option<PhotonTree>| tree.as_ref().map_or(Ptr::null(), |t| t.ptr());
+                maps.caustic_tree = ptr(caustic);
+                maps.global_tree = ptr(global);
             }
             Structure::Boxes { tlas, .. } => maps.tlas = address_words(tlas.address()),
         }
@@ -117,10 +125,10 @@ impl Rtpm {
                 let mut instances = Vec::new();
                 for map in 0..2 {
                     let photons = counts[map] as usize;
-                    if photons > 0 {
-                        commands.build_boxes(&blas[map], boxes.offset(first).cast(), photons);
+                    if let Some(blas) = blas[map].as_ref().filter(|_| photons > 0) {
+                        commands.build_boxes(blas, boxes.offset(first).cast(), photons);
                         instances.push(Instance {
-                            blas_address: blas[map].address(),
+                            blas_address: blas.address(),
                             custom_index: map as u32,
                             mask: 1 << map,
                             facing_cull_disable: false,
@@ -146,13 +154,16 @@ fn grid((min, max): (Vec3, Vec3)) -> (Vec3, f32) {
 /// Room for as many photons as the engine may store.
 fn structure(engine: &Engine) -> Result<(SortedPhotons, Structure)> {
     let (gpu, capacity) = (&engine.gpu, engine.photons.capacity());
+    let caustics = engine.world.features & FEATURE_SPECULAR != 0;
     Ok(match engine.world.trace.uses_structures() {
         true => (
             SortedPhotons::boxes(engine)?,
             Structure::Boxes {
                 blas: [
-                    gpu.box_blas("caustic photons", capacity)?,
-                    gpu.box_blas("global photons", capacity)?,
+                    caustics
+                        .then(|| gpu.box_blas("caustic photons", capacity))
+                        .transpose()?,
+                    Some(gpu.box_blas("global photons", capacity)?),
                 ],
                 tlas: gpu.tlas("photons", 2)?,
             },
@@ -160,8 +171,10 @@ fn structure(engine: &Engine) -> Result<(SortedPhotons, Structure)> {
         false => (
             SortedPhotons::positions(engine)?,
             Structure::Software([
-                PhotonTree::new(gpu, capacity)?,
-                PhotonTree::new(gpu, capacity)?,
+                caustics
+                    .then(|| PhotonTree::new(gpu, capacity))
+                    .transpose()?,
+                Some(PhotonTree::new(gpu, capacity)?),
             ]),
         ),
     })

@@ -1,15 +1,17 @@
 //! The scene's structs as shaders read them.
 
-use super::is_one_sided;
+use super::features::{is_one_sided, textures};
 use crate::Result;
 use crate::gpu::{Gpu, TextureArray, TextureData};
-use crate::scene::{Alpha, Material, Scene, TextureRef};
+use crate::scene::{Alpha, Material, Scene};
 use crate::shared::*;
 
-pub fn shading(scene: &Scene, triangle: u32, folded: u32) -> TriangleShading {
+/// `materials`: the scene's that are uploaded, ascending.
+pub fn shading(scene: &Scene, materials: &[u32], triangle: u32, folded: u32) -> TriangleShading {
     let t = &scene.triangles[triangle as usize];
     let material = &scene.materials[t.material as usize];
-    let mut word = t.material | (folded * TRIANGLE_EDGE);
+    let place = materials.partition_point(|&m| m < t.material) as u32;
+    let mut word = place | (folded * TRIANGLE_EDGE);
     if is_one_sided(material) {
         word |= TRIANGLE_ONE_SIDED;
     }
@@ -19,16 +21,6 @@ pub fn shading(scene: &Scene, triangle: u32, folded: u32) -> TriangleShading {
     TriangleShading {
         vertices: t.vertices,
         material: word,
-    }
-}
-
-pub fn vertex(v: &crate::scene::Vertex) -> VertexShading {
-    VertexShading {
-        normal_w: v.normal_w.into(),
-        tangent_w: v.tangent_w.into(),
-        uv0: v.uv[0].into(),
-        uv1: v.uv[1].into(),
-        color: v.color.into(),
     }
 }
 
@@ -55,27 +47,15 @@ pub fn material(m: &Material) -> crate::shared::Material {
     }
 }
 
-/// In the order of the SLOT_ constants.
-fn references(m: &Material) -> [Option<TextureRef>; SLOTS_PER_MATERIAL as usize] {
-    [
-        m.base_color_texture,
-        m.metallic_roughness_texture,
-        m.normal_texture,
-        m.emission_texture,
-        m.specular_texture,
-        m.specular_color_texture,
-        m.transmission_texture,
-    ]
-}
-
-pub fn slots(m: &Material) -> [TextureSlot; SLOTS_PER_MATERIAL as usize] {
-    references(m).map(|reference| match reference {
+/// In the order of the SLOT_ constants. `uploaded`: the scene's textures on the device, ascending.
+pub fn slots(m: &Material, uploaded: &[u32]) -> [TextureSlot; SLOTS_PER_MATERIAL as usize] {
+    textures(m).map(|reference| match reference {
         None => TextureSlot {
             texture: NONE,
             ..Default::default()
         },
         Some(r) => TextureSlot {
-            texture: r.texture,
+            texture: uploaded.partition_point(|&t| t < r.texture) as u32,
             uv_set: r.uv_set,
             row0: r.transform[0].into(),
             row1: r.transform[1].into(),
@@ -83,29 +63,20 @@ pub fn slots(m: &Material) -> [TextureSlot; SLOTS_PER_MATERIAL as usize] {
     })
 }
 
-pub fn is_textured(scene: &Scene) -> bool {
-    let mut references = scene.materials.iter().flat_map(references);
-    references.any(|reference| reference.is_some())
-}
-
-pub fn textures(gpu: &Gpu, scene: &Scene) -> Result<Option<TextureArray>> {
-    if !is_textured(scene) {
-        return Ok(None);
-    }
-    let textures: Vec<TextureData> = scene
-        .textures
-        .iter()
-        .map(|t| {
-            let image = &scene.images[t.image as usize];
-            TextureData {
-                width: image.width,
-                height: image.height,
-                rgba8: &image.rgba,
-                srgb: t.srgb,
-                wrap: t.wrap,
-                nearest: t.nearest,
-            }
-        })
-        .collect();
-    gpu.texture_array(&textures).map(Some)
+/// The scene's textures with these numbers.
+pub fn texture_array(gpu: &Gpu, scene: &Scene, uploaded: &[u32]) -> Result<TextureArray> {
+    let textures = uploaded.iter().map(|&t| {
+        let texture = &scene.textures[t as usize];
+        let image = &scene.images[texture.image as usize];
+        TextureData {
+            width: image.width,
+            height: image.height,
+            rgba8: &image.rgba,
+            srgb: texture.srgb,
+            wrap: texture.wrap,
+            nearest: texture.nearest,
+        }
+    });
+    let textures: Vec<TextureData> = textures.collect();
+    gpu.texture_array(&textures)
 }

@@ -17,3 +17,4 @@ mod repeatable;
 mod rivals;
 mod shapes;
 mod showroom;
+mod specialization;

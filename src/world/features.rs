@@ -1,0 +1,400 @@
+//! What a scene uses of all that lightfall can do, found once at load. Specialization constants, buffers, textures
+//! and passes follow from it: what a scene does not use is not compiled in, uploaded or run.
+
+use crate::scene::{Alpha, Material, Scene, TextureRef};
+use crate::shared::*;
+use glam::Vec3;
+
+/// Something that a scene may use and pay for.
+pub struct Feature {
+    pub name: &'static str,
+    /// FEATURE_ bit.
+    pub bit: u32,
+    /// What it makes the device do.
+    pub switches_on: &'static str,
+    used_by: UsedBy,
+}
+
+/// What decides.
+#[derive(Clone, Copy)]
+enum UsedBy {
+    /// Materials, among those of a triangle.
+    Materials(fn(&Material) -> bool),
+    /// Materials with a texture in this slot that can matter.
+    Slot(u32),
+    /// So many vertices.
+    Vertices(fn(&crate::scene::Vertex) -> bool),
+    /// Lights without area.
+    Lights,
+}
+
+const fn slot(name: &'static str, slot: u32, switches_on: &'static str) -> Feature {
+    Feature {
+        name,
+        bit: FEATURE_SLOT << slot,
+        switches_on,
+        used_by: UsedBy::Slot(slot),
+    }
+}
+
+const fn materials(
+    name: &'static str,
+    bit: u32,
+    switches_on: &'static str,
+    uses: fn(&Material) -> bool,
+) -> Feature {
+    Feature {
+        name,
+        bit,
+        switches_on,
+        used_by: UsedBy::Materials(uses),
+    }
+}
+
+/// All of them, in the order of reports.
+pub const FEATURES: &[Feature] = &[
+    materials(
+        "diffuse",
+        FEATURE_DIFFUSE,
+        "light paths, photon maps",
+        is_diffuse,
+    ),
+    materials(
+        "specular",
+        FEATURE_SPECULAR,
+        "specular lobes, a photon map of caustics",
+        is_specular,
+    ),
+    materials(
+        "rough specular",
+        FEATURE_ROUGH,
+        "microfacets, lamps seen in specular lobes",
+        is_rough,
+    ),
+    materials("metal", FEATURE_METALLIC, "metal's reflectance", |m| {
+        m.metallic > 0.0
+    }),
+    materials(
+        "transmission",
+        FEATURE_TRANSMISSION,
+        "refraction, exact Fresnel equations",
+        Material::is_transmissive,
+    ),
+    materials(
+        "absorption",
+        FEATURE_ABSORPTION,
+        "the medium of each path, attenuation",
+        |m| m.absorption.is_some_and(|sigma| sigma != Vec3::ZERO),
+    ),
+    materials("alpha", FEATURE_ALPHA, "holes that rays pass", |m| {
+        matches!(m.alpha, Alpha::Mask { .. })
+    }),
+    materials(
+        "blend",
+        FEATURE_BLEND,
+        "holes that rays pass by chance",
+        |m| m.alpha == Alpha::Blend,
+    ),
+    materials("unlit", FEATURE_UNLIT, "surfaces for the eye alone", |m| {
+        m.unlit
+    }),
+    materials(
+        "one-sided",
+        FEATURE_ONE_SIDED,
+        "backs that the eye sees through",
+        is_one_sided,
+    ),
+    materials(
+        "area lights",
+        FEATURE_AREA_LIGHTS,
+        "points on lamps, rays that may hit one",
+        |m| m.emission.max_element() > 0.0,
+    ),
+    Feature {
+        name: "delta lights",
+        bit: FEATURE_DELTA_LIGHTS,
+        switches_on: "point, spot and directional lights",
+        used_by: UsedBy::Lights,
+    },
+    Feature {
+        name: "vertex colours",
+        bit: FEATURE_VERTEX_COLORS,
+        switches_on: "colours of vertices",
+        used_by: UsedBy::Vertices(|v| v.color != glam::Vec4::ONE),
+    },
+    slot("base colour textures", SLOT_BASE_COLOR, TEXTURES),
+    slot(
+        "metallic-roughness textures",
+        SLOT_METALLIC_ROUGHNESS,
+        TEXTURES,
+    ),
+    slot("normal maps", SLOT_NORMAL, "tangents, textures"),
+    slot("emission textures", SLOT_EMISSION, TEXTURES),
+    slot("specular textures", SLOT_SPECULAR, TEXTURES),
+    slot("specular colour textures", SLOT_SPECULAR_COLOR, TEXTURES),
+    slot("transmission textures", SLOT_TRANSMISSION, TEXTURES),
+    materials(
+        "second texture coordinates",
+        FEATURE_UV1,
+        "a second set of texture coordinates",
+        |m| textures(m).iter().flatten().any(|t| t.uv_set != 0),
+    ),
+];
+
+const TEXTURES: &str = "textures";
+
+/// Bits of all texture slots.
+pub const ANY_SLOT: u32 = ((1 << SLOTS_PER_MATERIAL) - 1) * FEATURE_SLOT;
+
+/// Bytes of the scene on the device, without its tree or acceleration structure.
+pub fn upload_bytes(scene: &Scene) -> u64 {
+    let (bits, reached) = (features(scene), Reached::new(scene));
+    let has = |bit| if bits & bit != 0 { 1 } else { 0 };
+    let vertex = 12
+        + 16 * has(FEATURE_SLOT << SLOT_NORMAL)
+        + 8 * has(ANY_SLOT)
+        + 8 * has(FEATURE_UV1)
+        + 16 * has(FEATURE_VERTEX_COLORS);
+    let textures = reached.textures_in(scene, |_| true);
+    let slots = has(ANY_SLOT) * size_of::<[TextureSlot; SLOTS_PER_MATERIAL as usize]>();
+    let material = size_of::<crate::shared::Material>() + slots;
+    let triangle = 36 + size_of::<TriangleShading>();
+    let buffers = vertex * scene.vertices.len()
+        + material * reached.materials.len()
+        + triangle * scene.triangles.len();
+    buffers as u64
+        + textures
+            .iter()
+            .map(|&t| texture_bytes(scene, t))
+            .sum::<u64>()
+}
+
+/// How much of a scene uses a feature. All zero: nothing does.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Use {
+    pub materials: usize,
+    /// Of these materials.
+    pub triangles: usize,
+    /// Lights without area.
+    pub lights: usize,
+    pub vertices: usize,
+    /// Distinct textures.
+    pub textures: usize,
+    /// On the device, beyond what every scene takes.
+    pub bytes: u64,
+}
+
+/// FEATURE_ bits of what `scene` uses.
+pub fn features(scene: &Scene) -> u32 {
+    let reached = Reached::new(scene);
+    let used = FEATURES
+        .iter()
+        .filter(|f| f.used_in(scene, &reached) != Use::default());
+    used.fold(0, |bits, f| bits | f.bit)
+}
+
+/// FEATURE_ bits of everything that a scene may use: what benchmarks compare with.
+pub fn everything() -> u32 {
+    FEATURES.iter().fold(0, |bits, f| bits | f.bit)
+}
+
+impl Feature {
+    /// How much of `scene` uses it.
+    pub fn used_in(&self, scene: &Scene, reached: &Reached) -> Use {
+        let vertices = scene.vertices.len();
+        let attribute = |bytes: usize| (bytes * vertices) as u64;
+        let by_materials = |uses: &dyn Fn(&Material) -> bool| {
+            let mut used = Use::default();
+            for &(material, triangles) in &reached.materials {
+                let material = &scene.materials[material as usize];
+                if uses(material) {
+                    used.materials += 1;
+                    used.triangles += triangles;
+                }
+            }
+            used
+        };
+        match self.used_by {
+            UsedBy::Materials(uses) => {
+                let used = by_materials(&uses);
+                let uvs = self.bit == FEATURE_UV1 && used.materials > 0;
+                Use {
+                    bytes: if uvs { attribute(8) } else { 0 },
+                    ..used
+                }
+            }
+            UsedBy::Slot(slot) => {
+                let used = by_materials(&|m| textures(m)[slot as usize].is_some());
+                let in_slot = reached.textures_in(scene, |s| s == slot);
+                let tangents = slot == SLOT_NORMAL && used.materials > 0;
+                let texels: u64 = in_slot.iter().map(|&t| texture_bytes(scene, t)).sum();
+                Use {
+                    textures: in_slot.len(),
+                    bytes: texels + if tangents { attribute(16) } else { 0 },
+                    ..used
+                }
+            }
+            UsedBy::Vertices(uses) => {
+                let vertices = scene.vertices.iter().filter(|v| uses(v)).count();
+                Use {
+                    vertices,
+                    bytes: if vertices > 0 { attribute(16) } else { 0 },
+                    ..Use::default()
+                }
+            }
+            UsedBy::Lights => Use {
+                lights: scene.lights.len(),
+                ..Use::default()
+            },
+        }
+    }
+}
+
+/// Materials that a triangle has, which alone are uploaded, with their textures.
+pub struct Reached {
+    /// Into [`Scene::materials`], ascending; and how many triangles have each.
+    pub materials: Vec<(u32, usize)>,
+}
+
+impl Reached {
+    pub fn new(scene: &Scene) -> Self {
+        let mut triangles = vec![0; scene.materials.len()];
+        for triangle in &scene.triangles {
+            triangles[triangle.material as usize] += 1;
+        }
+        let materials = (0..).zip(triangles).filter(|&(_, count)| count > 0);
+        Self {
+            materials: materials.collect(),
+        }
+    }
+
+    /// Textures in these slots that can matter, ascending, each once.
+    pub fn textures_in(&self, scene: &Scene, slots: impl Fn(u32) -> bool) -> Vec<u32> {
+        let mut all = Vec::new();
+        for &(material, _) in &self.materials {
+            let textures = textures(&scene.materials[material as usize]);
+            let of_slots = (0..).zip(textures).filter(|&(slot, _)| slots(slot));
+            all.extend(of_slots.filter_map(|(_, t)| Some(t?.texture)));
+        }
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+}
+
+fn texture_bytes(scene: &Scene, texture: u32) -> u64 {
+    let image = scene.textures[texture as usize].image;
+    scene.images[image as usize].rgba.len() as u64
+}
+
+/// A material's textures that can matter: one that multiplies zero is none. In the order of the SLOT_ constants.
+pub fn textures(m: &Material) -> [Option<TextureRef>; SLOTS_PER_MATERIAL as usize] {
+    let dielectric = m.specular > 0.0;
+    [
+        m.base_color_texture,
+        m.metallic_roughness_texture.filter(|_| is_specular(m)),
+        m.normal_texture.filter(|_| !m.unlit),
+        m.emission_texture.filter(|_| m.emission != Vec3::ZERO),
+        m.specular_texture.filter(|_| dielectric),
+        m.specular_color_texture.filter(|_| dielectric),
+        m.transmission_texture.filter(|_| m.is_transmissive()),
+    ]
+}
+
+/// A layer that reflects nothing is a plain Lambertian surface.
+fn is_specular(m: &Material) -> bool {
+    m.metallic > 0.0 || m.specular > 0.0 || m.is_transmissive()
+}
+
+/// Rougher than what shaders take for smooth.
+fn is_rough(m: &Material) -> bool {
+    is_specular(m) && m.roughness > 1e-3
+}
+
+pub fn is_one_sided(material: &Material) -> bool {
+    !material.double_sided && !material.is_transmissive()
+}
+
+/// Whether some light can leave it by a diffuse lobe: else it stores no photon.
+fn is_diffuse(m: &Material) -> bool {
+    // Textures take away of both.
+    let metal = m.metallic >= 1.0 && m.metallic_roughness_texture.is_none();
+    let glass = m.transmission >= 1.0 && m.transmission_texture.is_none();
+    let black = m.base_color.truncate().max_element() <= 0.0;
+    !metal && !glass && !black && !m.unlit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Light, Triangle};
+
+    #[test]
+    fn features_are_those_of_the_scene() {
+        let on = |scene: &Scene| -> Vec<&str> {
+            let bits = features(scene);
+            let used = FEATURES.iter().filter(|f| bits & f.bit != 0);
+            used.map(|f| f.name).collect()
+        };
+        let chalk = Material {
+            metallic: 0.0,
+            specular: 0.0,
+            double_sided: true,
+            ..Material::default()
+        };
+        let triangle = |material| Triangle {
+            vertices: [0; 3],
+            material,
+        };
+        let mut scene = Scene {
+            materials: vec![chalk.clone()],
+            triangles: vec![triangle(0)],
+            ..Scene::default()
+        };
+        assert_eq!(on(&scene), ["diffuse"]);
+        scene.materials.push(Material {
+            transmission: 1.0,
+            absorption: Some(Vec3::ONE),
+            roughness: 0.0,
+            ..chalk.clone()
+        });
+        assert_eq!(on(&scene), ["diffuse"], "no triangle has the second");
+        scene.triangles[0].material = 1;
+        assert_eq!(on(&scene), ["specular", "transmission", "absorption"]);
+        scene.materials[1] = Material {
+            alpha: Alpha::Mask { cutoff: 0.5 },
+            double_sided: false,
+            normal_texture: Some(TextureRef {
+                texture: 0,
+                uv_set: 0,
+                transform: [Vec3::X, Vec3::Y],
+            }),
+            // Nothing that it could colour.
+            emission_texture: Some(TextureRef {
+                texture: 0,
+                uv_set: 1,
+                transform: [Vec3::X, Vec3::Y],
+            }),
+            ..chalk
+        };
+        scene.images.push(crate::scene::Image::default());
+        scene.textures.push(crate::scene::Texture {
+            image: 0,
+            wrap: [crate::scene::Wrap::Repeat; 2],
+            nearest: false,
+            srgb: false,
+        });
+        scene.lights.push(Light::Point {
+            position_w: Vec3::ZERO,
+            intensity: Vec3::ONE,
+        });
+        let last = [
+            "diffuse",
+            "alpha",
+            "one-sided",
+            "delta lights",
+            "normal maps",
+        ];
+        assert_eq!(on(&scene), last);
+    }
+}
