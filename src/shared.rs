@@ -441,7 +441,8 @@ shared_structs! {
         radius2: [f32; 2],
     }
 
-    /// The arguments of `view`.
+    /// The arguments of `view`. Those of passes that trace the scene begin with it: the shaders that their
+    /// rays call read no more.
     struct ViewPush {
         world: Ptr<World>,
         frame: Ptr<Frame>,

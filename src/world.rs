@@ -7,9 +7,12 @@ mod features;
 mod lights;
 
 use crate::bvh::{SceneTree, morton_order};
-use crate::gpu::{Blas, Buffer, Gpu, Instance, Ptr, TextureArray, Tlas, TriangleGeometry};
+use crate::gpu::{
+    Blas, Buffer, Gpu, Instance, Pass, Ptr, RayShaders, TextureArray, Tlas, TriangleGeometry,
+};
 use crate::scene::{Scene, Vertex};
 use crate::settings::Trace;
+use crate::shaders::spirv;
 use crate::shared::*;
 use crate::{Error, Result};
 use convert::{material, shading, slots, texture_array};
@@ -64,12 +67,12 @@ impl World {
             .iter()
             .map(|t| t.vertices.map(|v| scene.vertices[v as usize].position_w))
             .collect();
-        let (order, groups, tree) = match trace {
-            Trace::Query => {
+        let (order, groups, tree) = match trace.uses_structures() {
+            true => {
                 let (order, groups) = grouped_order(scene, &corners);
                 (order, groups, None)
             }
-            _ => {
+            false => {
                 let mut tree = SceneTree::build(&corners);
                 (std::mem::take(&mut tree.order), [0; 5], Some(tree))
             }
@@ -96,9 +99,9 @@ impl World {
         let (min, max) = scene.bounds();
 
         let positions = gpu.upload("positions", &positions)?;
-        let structure = match trace {
-            Trace::Query => Some(structure(gpu, &positions, groups)?),
-            _ => None,
+        let structure = match trace.uses_structures() {
+            true => Some(structure(gpu, &positions, groups)?),
+            false => None,
         };
         let nodes = tree
             .as_ref()
@@ -185,14 +188,36 @@ impl World {
         8.0 * f32::EPSILON * min.abs().max(max.abs()).max_element()
     }
 
-    /// The part of a shader's stem that names this world's variant.
-    pub fn variant(&self) -> &'static str {
-        match (self.trace, self.textures.is_some()) {
-            (Trace::Query, false) => "query",
-            (Trace::Query, true) => "query.textured",
-            (_, false) => "software",
-            (_, true) => "software.textured",
+    /// A pass that traces this world. Its arguments begin with the world's address. `features` are FEATURE_
+    /// bits beside the world's, `constants` the specialization constants from id 2 on.
+    pub fn pass(
+        &self,
+        gpu: &Gpu,
+        stem: &'static str,
+        features: u32,
+        constants: &[u32],
+    ) -> Result<Pass> {
+        let features = self.features | features;
+        let constants = [&[features, self.stack_size], constants].concat();
+        let (textures, textured) = match &self.textures {
+            Some(textures) => (Some(textures), ".textured"),
+            None => (None, ""),
+        };
+        let code = spirv(&format!("{stem}.{}{textured}", self.trace.variant()))?;
+        if self.trace != Trace::Pipeline {
+            return gpu.pass(stem, code, &constants, textures);
         }
+        let any_hit = match features & (FEATURE_ALPHA | FEATURE_BLEND | FEATURE_UNLIT) {
+            0 => None,
+            _ => Some(spirv(&format!("scene.any{textured}"))?),
+        };
+        let called = RayShaders {
+            miss: Some(spirv("scene.miss")?),
+            closest_hit: Some(spirv("scene.closest")?),
+            any_hit,
+            intersection: None,
+        };
+        gpu.ray_pass(stem, code, &called, &constants, textures)
     }
 }
 
