@@ -134,7 +134,10 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    let scene = scene::load(path)?;
+    let mut scene = scene::load(path)?;
+    if let Some(environment) = &plan.environment {
+        scene.set_environment(environment.clone());
+    }
     say(&format!(
         "{name}: {} triangles",
         scene.stored_triangles().count()

@@ -42,19 +42,9 @@ impl Photons {
     ) -> Result<Self> {
         let capacity = first_capacity(paths);
         let paths_per_thread = paths_per_thread(gpu);
-        let emit = format!("emit.{}", world.variant());
         Ok(Self {
             cull: gpu.pass("cull", spirv("cull")?, &[], None)?,
-            emit: gpu.pass(
-                "emit",
-                spirv(&emit)?,
-                &[
-                    world.features | features,
-                    world.stack_size,
-                    paths_per_thread,
-                ],
-                world.textures.as_ref(),
-            )?,
+            emit: world.pass(gpu, "emit", features, &[paths_per_thread])?,
             paths_per_thread,
             keys: gpu.pass("sort", spirv("photon_keys")?, &[], None)?,
             scan: Scan::new(gpu, paths as usize + 1)?,

@@ -6,7 +6,7 @@ mod pilot;
 mod radius;
 
 use crate::film::Film;
-use crate::gpu::{DeviceKind, Gpu, Timings};
+use crate::gpu::{DeviceInfo, DeviceKind, Gpu, Timings};
 use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
 use crate::scene::{Camera, Scene};
@@ -275,16 +275,31 @@ impl Renderer {
     }
 }
 
-/// Ray queries where the device traces rays in hardware; a CPU device's are slower than our tree.
+/// What [`Trace::Auto`] takes: ray queries where the device traces rays in hardware, pipelines on GPUs that have no
+/// ray queries; a CPU device's are both slower than our tree.
+pub fn auto_trace(info: &DeviceInfo) -> Trace {
+    match info.kind {
+        DeviceKind::Cpu => Trace::Software,
+        _ if info.caps.ray_query => Trace::Query,
+        _ if info.caps.ray_tracing_pipeline => Trace::Pipeline,
+        _ => Trace::Software,
+    }
+}
+
 fn choose_trace(gpu: &Gpu, wish: Trace) -> Result<Trace> {
     let info = gpu.info();
-    match wish {
-        Trace::Query if !info.caps.ray_query => Err(Error::Device {
+    let lacks = |what: &str| {
+        Err(Error::Device {
             device: info.name.clone(),
-            fault: "no ray queries here (VK_KHR_ray_query); use --trace software".into(),
-        }),
-        Trace::Auto if info.traces_in_hardware() => Ok(Trace::Query),
-        Trace::Auto => Ok(Trace::Software),
+            fault: format!("no {what} here; use --trace auto"),
+        })
+    };
+    match wish {
+        Trace::Query if !info.caps.ray_query => lacks("ray queries (VK_KHR_ray_query)"),
+        Trace::Pipeline if !info.caps.ray_tracing_pipeline => {
+            lacks("ray tracing pipelines (VK_KHR_ray_tracing_pipeline)")
+        }
+        Trace::Auto => Ok(auto_trace(info)),
         wish => Ok(wish),
     }
 }
@@ -418,5 +433,67 @@ mod tests {
             differences(before, camera),
             format!("{before}; now {camera}")
         );
+    }
+
+    #[test]
+    fn rays_are_traced_by_the_best_that_there_is() {
+        use DeviceKind::{Cpu, Discrete, Integrated};
+        let info = crate::gpu::devices().unwrap().swap_remove(0);
+        for (kind, ray_query, ray_tracing_pipeline, best) in [
+            (Discrete, true, true, Trace::Query),
+            (Integrated, true, false, Trace::Query),
+            (Discrete, false, true, Trace::Pipeline),
+            (Discrete, false, false, Trace::Software),
+            (Cpu, true, true, Trace::Software),
+            (Cpu, false, true, Trace::Software),
+        ] {
+            let mut info = info.clone();
+            info.kind = kind;
+            info.caps.ray_query = ray_query;
+            info.caps.ray_tracing_pipeline = ray_tracing_pipeline;
+            assert_eq!(auto_trace(&info), best, "{kind:?}");
+        }
+    }
+
+    /// As NVIDIA's without ray tracing cores.
+    #[test]
+    fn a_gpu_with_pipelines_alone_renders_by_them() {
+        let gpu = Gpu::open_as(|info| {
+            info.kind = DeviceKind::Discrete;
+            info.caps.ray_query = false;
+            info.caps.unified = false;
+        });
+        if !gpu.info().caps.ray_tracing_pipeline {
+            println!("not tested: {} has no pipelines", gpu.info().name);
+            return;
+        }
+        let scene = crate::scene::load(Path::new("scenes/cornell.glb")).unwrap();
+        let render = |trace, technique: &str| {
+            let settings = Settings {
+                size: Some([32; 2]),
+                photons: Some(2000),
+                trace,
+                technique: technique.into(),
+                ..Settings::default()
+            };
+            let mut renderer = Renderer::new(&gpu, &scene, &settings)?;
+            renderer.iterate()?;
+            Ok((renderer.engine.world.trace, renderer.picture()?))
+        };
+        let error = render(Trace::Query, "rtpm")
+            .err()
+            .map(|e: Error| e.to_string());
+        assert!(error.is_some_and(|text| text.contains("VK_KHR_ray_query")));
+        let (_, truth) = render(Trace::Software, "rtpm").unwrap();
+        for technique in ["rtpm", AUTO] {
+            let (trace, picture) = render(Trace::Auto, technique).unwrap();
+            assert_eq!(trace, Trace::Pipeline);
+            for (a, b) in truth.layers.iter().zip(&picture.layers) {
+                let differs = |(a, b): &(&f32, &f32)| (*a - *b).abs() > 1e-4 * a.abs();
+                let count = a.pixels.iter().zip(&b.pixels).filter(differs).count();
+                assert_eq!(count, 0, "{technique}, layer '{}'", a.name);
+            }
+        }
+        assert_eq!(gpu.validation_messages(), Vec::<String>::new());
     }
 }

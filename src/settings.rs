@@ -46,7 +46,8 @@ pub struct Settings {
           value_parser = clap::value_parser!(u32).range(1..=64))]
     pub max_depth: u32,
 
-    /// What traces the rays: the device's ray queries, or lightfall's own BVH in compute shaders
+    /// What traces the rays: the device's ray queries, its ray tracing pipelines, or lightfall's own BVH in
+    /// compute shaders
     #[arg(long, value_enum, default_value_t = Settings::default().trace)]
     pub trace: Trace,
 
@@ -133,12 +134,30 @@ pub enum Length {
 /// What traces the rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Trace {
-    /// `query` where the device traces rays in hardware, else `software`
+    /// On GPUs `query` or, without it, `pipeline`; else `software`
     Auto,
     /// VK_KHR_ray_query in compute shaders
     Query,
+    /// VK_KHR_ray_tracing_pipeline
+    Pipeline,
     /// Plain compute shaders
     Software,
+}
+
+impl Trace {
+    /// Through acceleration structures that the driver builds.
+    pub fn uses_structures(self) -> bool {
+        matches!(self, Self::Query | Self::Pipeline)
+    }
+
+    /// The part of a shader's stem that names its variant.
+    pub fn variant(self) -> &'static str {
+        match self {
+            Self::Query => "query",
+            Self::Pipeline => "pipeline",
+            Self::Software | Self::Auto => "software",
+        }
+    }
 }
 
 /// What brings direct light.

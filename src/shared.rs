@@ -131,6 +131,7 @@ shared_constants! {
     LIGHT_POINT = 1;
     LIGHT_SPOT = 2;
     LIGHT_DIRECTIONAL = 3;
+    LIGHT_ENVIRONMENT = 4;
     /// [`TriangleShading::material`]: the low bits index the material.
     TRIANGLE_MATERIAL_MASK = 0x07ff_ffff;
     /// Edge i, from corner i to corner i + 1, is this bit shifted by i: the surface ends or folds there.
@@ -153,6 +154,7 @@ shared_constants! {
     FEATURE_LEDGER = 64;
     FEATURE_STOCHASTIC = 128;
     FEATURE_DIRECT_RAYS = 256;
+    FEATURE_ENVIRONMENT = 512;
     FEATURE_BLEND = 1024;
     FEATURE_UNLIT = 2048;
     FEATURE_DIFFUSE = 1 << 18;
@@ -276,6 +278,30 @@ shared_structs! {
         number: u32,
     }
 
+    /// Light from all around (see `environment.glsl`).
+    struct Environment {
+        /// nit, row by row from the zenith.
+        radiance: Ptr<[f32; 3]>,
+        /// Rows of cells between the texels' middles: one more than texels have, and the end.
+        rows: Ptr<EnvironmentRow>,
+        /// The probability of the cells before this one among those of its row; one more for the end of each row.
+        columns: Ptr<f32>,
+        /// Width and height.
+        size: [u32; 2],
+        /// About +Y, in turns.
+        rotation: f32,
+        unused: u32,
+    }
+
+    struct EnvironmentRow {
+        /// Squares of the sine and the cosine of half the polar angle of the row's upper edge.
+        half_angle2: [f32; 2],
+        /// The probability of the rows before this one.
+        cumulative: f32,
+        /// Of a cell (sr).
+        solid_angle: f32,
+    }
+
     /// The scene on the device.
     struct World {
         /// Three corners a triangle, in the order of the traversal structure.
@@ -303,12 +329,13 @@ shared_structs! {
         /// The root of the tree: over triangles, or over placements.
         node: u32,
         light_count: u32,
-        /// Where the lights without area begin.
+        /// Where the lights without area begin; the environment is the last of all.
         first_delta_light: u32,
         center_w: [f32; 3],
         /// Of the bounding sphere (m).
         radius: f32,
         unused: u32,
+        environment: Environment,
     }
 
     /// What changes from one iteration to the next.
@@ -442,7 +469,8 @@ shared_structs! {
         radius2: [f32; 2],
     }
 
-    /// The arguments of `view`.
+    /// The arguments of `view`. Those of passes that trace the scene begin with it: the shaders that their
+    /// rays call read no more.
     struct ViewPush {
         world: Ptr<World>,
         frame: Ptr<Frame>,

@@ -3,7 +3,6 @@
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Gpu, Pass};
 use crate::scene::{Camera, Projection};
-use crate::shaders::spirv;
 use crate::shared::{Frame, FramePixel, ViewPush, ViewSample};
 use crate::world::World;
 use glam::Vec3;
@@ -19,15 +18,9 @@ pub struct View {
 impl View {
     /// For images of `size` pixels; `features` are FEATURE_ bits beside the world's.
     pub fn new(gpu: &Gpu, world: &World, size: [u32; 2], features: u32) -> Result<Self> {
-        let stem = format!("view.{}", world.variant());
         let count = size[0] as usize * size[1] as usize;
         Ok(Self {
-            pass: gpu.pass(
-                "view",
-                spirv(&stem)?,
-                &[world.features | features, world.stack_size],
-                world.textures.as_ref(),
-            )?,
+            pass: world.pass(gpu, "view", features, &[])?,
             size,
             samples: gpu.buffer("view samples", count)?,
             pixels: gpu.buffer("pixels", count)?,

@@ -2,13 +2,15 @@
 
 mod convert;
 mod edges;
+mod environment;
 mod features;
 mod geometry;
 mod lights;
 
-use crate::gpu::{Blas, Buffer, Gpu, Ptr, TextureArray, Tlas};
+use crate::gpu::{Blas, Buffer, Gpu, Pass, Ptr, RayShaders, TextureArray, Tlas};
 use crate::scene::{Scene, Vertex};
 use crate::settings::Trace;
+use crate::shaders::spirv;
 use crate::shared::*;
 use crate::{Error, Result};
 use convert::{material, slots, texture_array};
@@ -47,6 +49,7 @@ struct Held {
     slots: Option<Buffer<TextureSlot>>,
     lights: Buffer<Light>,
     lights_by_triangle: Buffer<u32>,
+    environment: Option<environment::Buffers>,
     nodes: Option<Buffer<BvhNode>>,
     placements: Option<Buffer<Placement>>,
     structure: Option<(Vec<Blas>, Tlas)>,
@@ -72,9 +75,9 @@ impl World {
         let (min, max) = scene.bounds();
 
         let positions = gpu.upload("positions", &geometry.positions)?;
-        let structure = match trace {
-            Trace::Query => Some(geometry.structure(gpu, &positions)?),
-            _ => None,
+        let structure = match trace.uses_structures() {
+            true => Some(geometry.structure(gpu, &positions)?),
+            false => None,
         };
         let held = Held {
             triangles: gpu.upload("triangles", &geometry.triangles)?,
@@ -100,8 +103,11 @@ impl World {
                 .transpose()?,
             lights: gpu.upload("lights", &lights)?,
             lights_by_triangle: gpu.upload("lights by triangle", &by_triangle)?,
+            environment: has(FEATURE_ENVIRONMENT)
+                .then(|| environment::upload(gpu, &environment::of(scene)))
+                .transpose()?,
             positions,
-            nodes: (trace != Trace::Query)
+            nodes: (!trace.uses_structures())
                 .then(|| gpu.upload("scene tree", &geometry.nodes))
                 .transpose()?,
             placements: has(FEATURE_INSTANCES)
@@ -137,6 +143,10 @@ impl World {
             center_w: ((min + max) * 0.5).into(),
             radius: (max - min).length() * 0.5,
             unused: 0,
+            environment: held
+                .environment
+                .as_ref()
+                .map_or(Default::default(), |e| e.environment),
         };
         Ok(Self {
             trace,
@@ -161,14 +171,36 @@ impl World {
         8.0 * f32::EPSILON * min.abs().max(max.abs()).max_element()
     }
 
-    /// The part of a shader's stem that names this world's variant.
-    pub fn variant(&self) -> &'static str {
-        match (self.trace, self.textures.is_some()) {
-            (Trace::Query, false) => "query",
-            (Trace::Query, true) => "query.textured",
-            (_, false) => "software",
-            (_, true) => "software.textured",
+    /// A pass that traces this world. Its arguments begin with the world's address. `features` are FEATURE_
+    /// bits beside the world's, `constants` the specialization constants from id 2 on.
+    pub fn pass(
+        &self,
+        gpu: &Gpu,
+        stem: &'static str,
+        features: u32,
+        constants: &[u32],
+    ) -> Result<Pass> {
+        let features = self.features | features;
+        let constants = [&[features, self.stack_size], constants].concat();
+        let (textures, textured) = match &self.textures {
+            Some(textures) => (Some(textures), ".textured"),
+            None => (None, ""),
+        };
+        let code = spirv(&format!("{stem}.{}{textured}", self.trace.variant()))?;
+        if self.trace != Trace::Pipeline {
+            return gpu.pass(stem, code, &constants, textures);
         }
+        let any_hit = match features & (FEATURE_ALPHA | FEATURE_BLEND | FEATURE_UNLIT) {
+            0 => None,
+            _ => Some(spirv(&format!("scene.any{textured}"))?),
+        };
+        let called = RayShaders {
+            miss: Some(spirv("scene.miss")?),
+            closest_hit: Some(spirv("scene.closest")?),
+            any_hit,
+            intersection: None,
+        };
+        gpu.ray_pass(stem, code, &called, &constants, textures)
     }
 }
 

@@ -1,7 +1,9 @@
 //! The binary as a user meets it: exit codes, messages, files.
 //! Rendering needs a Vulkan device; Mesa's lavapipe (mesa-vulkan-drivers) will do.
 
-use lightfall::image::{Picture, read_picture};
+use lightfall::image::{
+    Display, Exposure, Layer, Metadata, Picture, Tone, read_layer, read_picture, write,
+};
 use serde_json::{Value, json};
 use std::{
     fs,
@@ -54,6 +56,11 @@ fn usage_errors_name_the_option_and_the_range() {
         ("--exposure", "bright", "auto"),
         ("--tone", "sepia", "neutral"),
         ("--resume", "a.png", "only .exr"),
+        ("--env", "sky.png", ".exr or .hdr"),
+        ("--env", "-1", "0.2,0.3,0.5"),
+        ("--env", "1,2", "0.2,0.3,0.5"),
+        ("--env-strength", "-1", "from 0"),
+        ("--env-rotate", "361", "360"),
         ("-o", "a.jpg", ".exr or .png"),
     ] {
         let argument = format!("{option}={value}");
@@ -200,6 +207,75 @@ fn a_resumed_render_is_the_whole_render() {
     let stderr = fails(&[&args[..], &["--quiet"]].concat(), 1);
     assert!(stderr.contains("half.exr"), "{stderr}");
     assert!(stderr.contains("size 32x24, now 8x8"), "{stderr}");
+}
+
+/// Maps of both formats, scaled; what is no map; and another sky is another scene.
+#[test]
+fn an_environment_lights_a_dark_scene() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = write_scene(dir.path());
+    let dark = fs::read_to_string(&scene).unwrap().replace("10.0", "0.0");
+    fs::write(&scene, dark).unwrap();
+    let at = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
+    let image = at("image.exr");
+    let args = ["render", &scene, "-o", &image, "--iterations", "1"];
+    let args = [&args[..], &SMALL].concat();
+    let quiet = [&args[..], &["--quiet"]].concat();
+
+    // 0.5, 1, 2 in RGBE; in the EXR one value is no radiance.
+    let rgb = [0.5_f32, 1.0, 2.0];
+    let hdr = image::codecs::hdr::HdrEncoder::new(fs::File::create(at("sky.hdr")).unwrap());
+    hdr.encode(&[image::Rgb(rgb); 8], 4, 2).unwrap();
+    let mut pixels = rgb.repeat(8);
+    pixels[0] = -1.0;
+    let sky = Picture {
+        width: 4,
+        height: 2,
+        layers: vec![Layer::new("", &["R", "G", "B"], pixels)],
+        metadata: Metadata::default(),
+    };
+    let display = Display {
+        exposure: Exposure::Auto,
+        tone: Tone::Neutral,
+    };
+    write(at("sky.exr").as_ref(), &sky, &display).unwrap();
+    for (name, warned) in [("sky.hdr", false), ("sky.exr", true)] {
+        let sky = at(name);
+        let lit = lightfall(&[&args[..], &["--env", &sky, "--env-strength", "2"]].concat());
+        let stderr = String::from_utf8(lit.stderr).unwrap();
+        assert_eq!(lit.status.code(), Some(0), "{stderr}");
+        assert_eq!(
+            stderr.contains("--env: 1 values are negative"),
+            warned,
+            "{stderr}"
+        );
+        let seen = read_layer(image.as_ref(), "emission").unwrap().pixels;
+        let brightest = |c: usize| {
+            seen.iter()
+                .skip(c)
+                .step_by(3)
+                .fold(0.0, |a: f32, b| a.max(*b))
+        };
+        assert_eq!([0, 1, 2].map(brightest), [1.0, 2.0, 4.0], "{name}");
+    }
+    let resume = ["--resume", &image, "--env", "1"];
+    let stderr = fails(&[&quiet[..], &resume].concat(), 1);
+    assert!(stderr.contains("another scene"), "{stderr}");
+
+    for env in [&["--env", "0"][..], &[]] {
+        let stderr = fails(&[&quiet[..], env].concat(), 1);
+        assert!(
+            stderr.contains("nothing emits light: say --env"),
+            "{stderr}"
+        );
+    }
+    for name in ["broken.hdr", "broken.exr", "missing.hdr", "missing.exr"] {
+        if name.starts_with("broken") {
+            fs::write(at(name), "not an image").unwrap();
+        }
+        let stderr = fails(&[&quiet[..], &["--env", &at(name)]].concat(), 1);
+        assert!(stderr.contains(name), "{stderr}");
+    }
 }
 
 /// A word says when to stop, unless a number does.

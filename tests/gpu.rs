@@ -1,9 +1,11 @@
 //! The device layer, under the validation layer where that is installed.
-//! The shaders are `tests/shaders/*.comp`, compiled by `glslangValidator -V -g0 --target-env vulkan1.2`.
+//! The shaders are `tests/shaders/*.{comp,rgen}`, compiled by `glslangValidator -V -g0 --target-env vulkan1.2`.
 
 use bytemuck::{Pod, Zeroable};
 use lightfall::Error;
-use lightfall::gpu::{Gpu, Instance, OpenOptions, Ptr, TextureData, TriangleGeometry, devices};
+use lightfall::gpu::{
+    Gpu, Instance, OpenOptions, Ptr, RayShaders, TextureData, TriangleGeometry, devices,
+};
 use lightfall::scene::Wrap;
 
 fn open() -> Gpu {
@@ -87,21 +89,33 @@ fn a_dispatch_reaches_every_thread_past_65535_groups() {
     let words = gpu.buffer::<u32>("words", count).unwrap();
     let spirv = include_bytes!("shaders/square.spv");
     let square = gpu.pass("square", spirv, &[3], None).unwrap();
+    let spirv = include_bytes!("shaders/square.rgen.spv");
+    let by_rays = gpu.ray_pass("square", spirv, &RayShaders::default(), &[3], None);
+    let mut passes = vec![square];
+    match gpu.info().caps.ray_tracing_pipeline {
+        true => passes.push(by_rays.unwrap()),
+        false => {
+            let message = by_rays.err().unwrap().to_string();
+            assert!(message.contains("VK_KHR_ray_tracing_pipeline"), "{message}");
+        }
+    }
     let push = SquarePush {
         words: words.ptr(),
         count: count as u32,
         pad: 0,
     };
-    let mut commands = gpu.commands().unwrap();
-    commands.fill(&words, 7);
-    commands.dispatch(&square, &push, count);
-    commands.dispatch(&square, &push, 0);
-    let timings = commands.submit().unwrap();
-    assert_eq!(timings.len(), 1);
-    assert_eq!(timings[0].0, "square");
-    assert!(timings[0].1 > 0.0 && timings[0].1 < 60_000.0, "{timings:?}");
     let expected: Vec<u32> = (0..count as u32).map(|i| i.wrapping_mul(i) + 3).collect();
-    assert!(gpu.read(&words, 0..count).unwrap() == expected);
+    for square in passes {
+        let mut commands = gpu.commands().unwrap();
+        commands.fill(&words, 7);
+        commands.dispatch(&square, &push, count);
+        commands.dispatch(&square, &push, 0);
+        let timings = commands.submit().unwrap();
+        assert_eq!(timings.len(), 1);
+        assert_eq!(timings[0].0, "square");
+        assert!(timings[0].1 > 0.0 && timings[0].1 < 60_000.0, "{timings:?}");
+        assert!(gpu.read(&words, 0..count).unwrap() == expected);
+    }
     assert_valid(&gpu);
 }
 
@@ -517,11 +531,13 @@ fn the_doctor_finds_every_usable_device_fit() {
         "{report}"
     );
     assert!(report.contains("Without --device"), "{report}");
-    if devices()
-        .unwrap()
-        .iter()
-        .any(|info| info.usable() && info.caps.ray_query)
-    {
-        assert!(report.contains("0 missed, 0 reported twice"), "{report}");
+    for info in devices().unwrap().iter().filter(|info| info.usable()) {
+        for (there, by) in [
+            (info.caps.ray_query, "ray query"),
+            (info.caps.ray_tracing_pipeline, "pipelines"),
+        ] {
+            let good = format!("0 missed, 0 reported twice by {by}");
+            assert!(!there || report.contains(&good), "{report}");
+        }
     }
 }

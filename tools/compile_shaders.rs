@@ -116,14 +116,25 @@ fn compile(compiler: &Compiler, shader: &Shader, shared: &str) -> Result<Vec<u8>
             None => options.add_macro_definition(define, Some("1")),
         }
     }
-    let kind = ShaderKind::Compute;
     let binary = compiler
-        .compile_into_spirv(&source, kind, &path, "main", Some(&options))
+        .compile_into_spirv(&source, stage(shader), &path, "main", Some(&options))
         .map_err(|error| error.to_string())?;
     if binary.get_num_warnings() > 0 {
         eprintln!("{}: {}", shader.stem, binary.get_warning_messages());
     }
     Ok(binary.as_binary_u8().to_vec())
+}
+
+/// What its name ends with says; a pass that a ray tracing pipeline runs is a ray generation shader.
+fn stage(shader: &Shader) -> ShaderKind {
+    match shader.source.rsplit('.').next() {
+        Some("rint") => ShaderKind::Intersection,
+        Some("rahit") => ShaderKind::AnyHit,
+        Some("rchit") => ShaderKind::ClosestHit,
+        Some("rmiss") => ShaderKind::Miss,
+        _ if shader.defines.contains(&"TRACE_PIPELINE") => ShaderKind::RayGeneration,
+        _ => ShaderKind::Compute,
+    }
 }
 
 /// `shared.glsl` is generated from Rust; every other name is a path below `glsl/`.

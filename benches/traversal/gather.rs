@@ -33,6 +33,7 @@ type Variant = (&'static str, &'static Row, Trace);
 
 /// All that search on this device, the row grid first.
 fn variants(gpu: &Gpu) -> Vec<Variant> {
+    let caps = &gpu.info().caps;
     let row = |name| TECHNIQUES.iter().find(move |row| row.name == name);
     [
         ("row grid", row("hash-grid"), Trace::Software),
@@ -41,9 +42,11 @@ fn variants(gpu: &Gpu) -> Vec<Variant> {
         ("lists", row("hash-ppm"), Trace::Software),
         ("one of a cell", row("stochastic-hash"), Trace::Software),
         ("ray query", row("rtpm"), Trace::Query),
+        ("pipeline", row("rtpm"), Trace::Pipeline),
     ]
     .into_iter()
-    .filter(|v| v.2 != Trace::Query || gpu.info().caps.ray_query)
+    .filter(|v| v.2 != Trace::Query || caps.ray_query)
+    .filter(|v| v.2 != Trace::Pipeline || caps.ray_tracing_pipeline)
     .filter_map(|(name, row, trace)| Some((name, row?, trace)))
     .collect()
 }

@@ -1,4 +1,4 @@
-//! The software traversal beside ray queries, in one process on one device: runs take turns, and
+//! The software traversal beside ray queries and pipelines, in one process on one device: runs take turns, and
 //! medians are compared, so that a noisy machine disturbs both alike. Prints Markdown.
 //!
 //! `cargo bench --bench traversal -- [rays] [gather]`; `LIGHTFALL_DEVICE` names a device.
@@ -36,11 +36,7 @@ fn main() -> lightfall::Result<()> {
         commit()
     );
     if wanted("rays") {
-        if info.caps.ray_query {
-            rays::run(&gpu)?;
-        } else {
-            println!("no ray queries here: no rays to compare");
-        }
+        rays::run(&gpu)?;
     }
     if wanted("gather") {
         gather::run(&gpu)?;

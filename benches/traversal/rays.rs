@@ -7,7 +7,6 @@ use lightfall::Result;
 use lightfall::gpu::{Buffer, Gpu, Pass};
 use lightfall::scene::Scene;
 use lightfall::settings::Trace;
-use lightfall::shaders::spirv;
 use lightfall::shared::{BenchRaysPush, NONE, Ray};
 use lightfall::view::camera_frame;
 use lightfall::world::{World, features};
@@ -24,15 +23,23 @@ struct Tracer {
 
 pub fn run(gpu: &Gpu) -> Result<()> {
     println!(
-        "| rays, 512 × 512 | triangles | software [Mrays/s] | ray query [Mrays/s] | ratio | of these hits differ |"
+        "| rays, 512 × 512 | triangles | by | Mrays/s | software is faster by | hits that differ from software's |"
     );
     println!("|---|---|---|---|---|---|");
+    let caps = &gpu.info().caps;
+    let traversals = [
+        Some(("software", Trace::Software)),
+        caps.ray_query.then_some(("ray query", Trace::Query)),
+        caps.ray_tracing_pipeline
+            .then_some(("pipeline", Trace::Pipeline)),
+    ];
+    let traversals: Vec<_> = traversals.into_iter().flatten().collect();
     for (balls, splits) in [(8, 3), (15, 5)] {
         let scene = room(balls, splits);
-        let tracers = [
-            tracer(gpu, &scene, Trace::Software, "software")?,
-            tracer(gpu, &scene, Trace::Query, "query")?,
-        ];
+        let tracers = traversals
+            .iter()
+            .map(|(_, trace)| tracer(gpu, &scene, *trace))
+            .collect::<Result<Vec<_>>>()?;
         let camera = camera_rays(&scene);
         let met = tracers[0]
             .trace(gpu, &gpu.upload("rays", &camera)?, false)?
@@ -44,8 +51,8 @@ pub fn run(gpu: &Gpu) -> Result<()> {
             ("shadow", &shadow, true),
         ] {
             let rays = gpu.upload("rays", rays)?;
-            let mut ms = [Vec::new(), Vec::new()];
-            let mut met = [Vec::new(), Vec::new()];
+            let mut ms = vec![Vec::new(); tracers.len()];
+            let mut met = vec![Vec::new(); tracers.len()];
             for run in 0..=RUNS {
                 for (i, tracer) in tracers.iter().enumerate() {
                     let (time, hits) = tracer.trace(gpu, &rays, shadow)?;
@@ -55,26 +62,26 @@ pub fn run(gpu: &Gpu) -> Result<()> {
                     }
                 }
             }
-            let differ = met[0].iter().zip(&met[1]).filter(|(a, b)| a != b).count();
-            let [software, query] = ms
-                .each_mut()
-                .map(|ms| rays.len() as f64 / median(ms) * 1e-3);
-            let ratio = software / query;
-            println!(
-                "| {name} | {} | {software:.2} | {query:.2} | **{ratio:.2}** | {differ} |",
-                scene.triangles.len()
-            );
+            let ms: Vec<f64> = ms.iter_mut().map(|ms| median(ms)).collect();
+            for (i, (by, _)) in traversals.iter().enumerate() {
+                let differ = met[0].iter().zip(&met[i]).filter(|(a, b)| a != b).count();
+                println!(
+                    "| {name} | {} | {by} | {:.2} | **{:.2}** | {differ} |",
+                    scene.triangles.len(),
+                    rays.len() as f64 / ms[i] * 1e-3,
+                    ms[i] / ms[0],
+                );
+            }
         }
     }
     println!();
     Ok(())
 }
 
-fn tracer(gpu: &Gpu, scene: &Scene, trace: Trace, variant: &str) -> Result<Tracer> {
+fn tracer(gpu: &Gpu, scene: &Scene, trace: Trace) -> Result<Tracer> {
     let world = World::new(gpu, scene, trace, features(scene))?;
-    let code = spirv(&format!("bench.rays.{variant}"))?;
     Ok(Tracer {
-        pass: gpu.pass("rays", code, &[world.features, world.stack_size], None)?,
+        pass: world.pass(gpu, "bench.rays", 0, &[])?,
         met: gpu.buffer("met", (EDGE * EDGE) as usize)?,
         world,
     })

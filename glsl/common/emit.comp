@@ -10,6 +10,7 @@
 #include "lib/bsdf.glsl"
 #include "lib/surface.glsl"
 #include "lib/trace.glsl"
+#include "lib/environment.glsl"
 #include "lib/light.glsl"
 #include "lib/photon.glsl"
 #include "lib/cull.glsl"

@@ -10,6 +10,7 @@
 #include "lib/bsdf.glsl"
 #include "lib/surface.glsl"
 #include "lib/trace.glsl"
+#include "lib/environment.glsl"
 #include "lib/light.glsl"
 #include "lib/direct.glsl"
 #include "lib/camera.glsl"
@@ -67,7 +68,7 @@ void main() {
             find_edges(world, hit, s, result);
             result.footprint = pixel_footprint(frame, path.length_w);
             // Towards lights that are easier to hit than to sample.
-            if (DIRECT_RAYS && HAS_AREA_LIGHTS && depart(s, event, path)) arrive(world, path, seen, s, hit);
+            if (DIRECT_RAYS && (HAS_AREA_LIGHTS || HAS_ENVIRONMENT) && depart(s, event, path)) arrive(world, path, seen, s, hit);
             break;
         }
         if (!depart(s, event, path)) break;

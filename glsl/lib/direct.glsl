@@ -19,6 +19,13 @@ float light_pdf_solid_angle(World world, uint triangle, vec3 direction, float di
     return light.probability * distance_w * distance_w / (triangle_area(p) * cosine);
 }
 
+// Likewise, of a direction to the environment.
+EnvironmentLight environment_seen(World world, vec3 direction_w) {
+    EnvironmentLight l = environment_towards(world.environment, direction_w);
+    l.pdf_solid_angle *= world.lights.at[world.light_count - 1u].probability;
+    return l;
+}
+
 // Of one light, by the lobes that it leaves by.
 struct Direct {
     vec3 diffuse;
@@ -53,12 +60,18 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
         pdf_light = light.probability * l.distance_w * l.distance_w / (triangle_area(p) * cosine);
         // The light itself must not shade the light.
         l.distance_w *= 0.9999;
+    } else if (HAS_ENVIRONMENT && light.kind == LIGHT_ENVIRONMENT) {
+        EnvironmentLight e = sample_environment(world.environment, u, l.wi);
+        l.distance_w = 3.0e38;
+        irradiance = e.radiance;
+        pdf_light = light.probability * e.pdf_solid_angle;
+        if (!(pdf_light > 0.0)) return l;
     } else if (HAS_DELTA_LIGHTS) {
         irradiance = delta_irradiance(light, s.position_w, l.wi, l.distance_w) / light.probability;
     }
     if (HAS_ABSORPTION) {
         uint lobe = dot(s.normal_g, l.wi) < 0.0 ? LOBE_TRANSMISSION : LOBE_REFLECTION;
-        irradiance *= exp(-next_medium(s, medium, lobe) * l.distance_w);
+        irradiance *= transmittance(next_medium(s, medium, lobe), l.distance_w);
     }
     irradiance *= abs(dot(s.normal_s, l.wi));
     float pdf_diffuse, pdf_specular;

@@ -91,10 +91,22 @@ FramePixel nothing_seen() {
     return seen;
 }
 
+// What shines where no surface is.
+void add_environment(World world, EyePath path, inout FramePixel seen) {
+    EnvironmentLight l = environment_seen(world, path.direction_w);
+    float weight = path.pdf_solid_angle > 0.0 ? 1.0 / (1.0 + l.pdf_solid_angle / path.pdf_solid_angle) : 1.0;
+    // What absorbs where nothing ends it absorbs all, as on the way to lamps without area.
+    if (HAS_ABSORPTION) l.radiance *= transmittance(path.medium, 3.0e38);
+    add_light(seen, path.layer, path.throughput * l.radiance * weight);
+}
+
 // One more edge: finds the surface at its end and adds what shines there. False where there is none.
 bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface s, out Hit hit) {
     // Beyond a diffuse surface the path stands for light (see trace.glsl).
-    if (!trace(world, path.origin_w, path.direction_w, path.layer == LAYER_EMISSION, next_chance(path, 6u), hit)) return false;
+    if (!trace(world, path.origin_w, path.direction_w, path.layer == LAYER_EMISSION, next_chance(path, 6u), hit)) {
+        if (HAS_ENVIRONMENT) add_environment(world, path, seen);
+        return false;
+    }
     s = surface_at(world, hit.triangle, hit.place, hit.bary, -path.direction_w);
     path.edges++;
     path.length_w += hit.distance_w;

@@ -1,6 +1,6 @@
 // Photon emission (`physics.md`: flux of each kind of light). Lights are chosen by an alias table in
 // proportion to luminous flux (Vose 1991); a photon carries the light's flux in its direction over
-// (probability of the light × light paths). Needs math.glsl and surface.glsl.
+// (probability of the light × light paths). Needs math.glsl, surface.glsl and environment.glsl.
 // In: uniform numbers. Out: a ray and flux [lm] per channel.
 
 struct Emission {
@@ -73,6 +73,13 @@ Emission emit_photon(World world, uint index, uint paths, vec2 u, vec2 v) {
         e.origin_w = light.position_w;
         e.direction_w = frame_of(light.direction_w) * vec3(r * cos(phi), r * sin(phi), z);
         e.flux = light.intensity * (2.0 * PI * total * share);
+    } else if (HAS_ENVIRONMENT && light.kind == LIGHT_ENVIRONMENT) {
+        // Parallel rays from a direction, through the disc that covers the scene.
+        vec3 towards;
+        EnvironmentLight l = sample_environment(world.environment, u, towards);
+        e.direction_w = -towards;
+        e.origin_w = world.center_w + world.radius * (frame_of(towards) * vec3(sample_disc(v), 1.0));
+        e.flux = l.radiance * (PI * world.radius * world.radius / l.pdf_solid_angle * share);
     } else {
         mat3 frame = frame_of(light.direction_w);
         e.origin_w = world.center_w + world.radius * (frame * vec3(sample_disc(v), -1.0));

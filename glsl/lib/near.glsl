@@ -18,7 +18,7 @@ NearPhoton unpack_photon(PhotonPower power, vec3 position_w) {
 }
 
 vec3 photon_position(PhotonMaps maps, uint index) {
-#ifdef TRACE_QUERY
+#if defined(TRACE_QUERY) || defined(TRACE_PIPELINE)
     return box_middle(maps.boxes.at[index]);
 #else
     return maps.positions_w.at[index];
@@ -42,6 +42,8 @@ bool photon_is_near(PhotonMaps maps, uint index, vec3 position_w, float radius2)
 #include "bench/near_cells.glsl"
 #elif defined(TRACE_QUERY)
 #include "lib/near_query.glsl"
+#elif defined(TRACE_PIPELINE)
+#include "lib/near_pipeline.glsl"
 #else
 #include "lib/near_tree.glsl"
 #endif

@@ -20,7 +20,7 @@ void find_near(PhotonMaps maps, uint map, vec3 position_w, float radius) {
         }
         uint count = lists.counts.at[bucket], kept = min(count, LIST_LENGTH), step = STOCHASTIC && LIST_LENGTH > 1u ? 2u : 1u;
         float weight = float(count) / float(max(kept, 1u)) * float(step);
-        for (uint i = step == 2u && next4(rng).x < 0.5 ? 1u : 0u; i < kept; i += step) {
+        for (uint i = step == 2u && next4(gather.rng).x < 0.5 ? 1u : 0u; i < kept; i += step) {
             uint index = photon_of_key(lists.seed, lists.keys.at[bucket * LIST_LENGTH + i]);
             if (!photon_is_near(maps, index, position_w, radius * radius)) continue;
             // Of another cell: found there, or not at all.

@@ -177,11 +177,14 @@ vec3 leave(Surface s, vec3 wi) {
     return s.position_w + s.normal_g * (dot(wi, s.normal_g) >= 0.0 ? s.offset : -s.offset);
 }
 
-// Beer–Lambert over a segment that ended at s. Where a solid's back is hit, the segment lay in it;
+// Beer–Lambert. Beyond the bound it is 0 in f32, and NaN on Mesa's CPU driver where the product is huge.
+vec3 transmittance(vec3 absorption, float distance_w) { return exp(-min(absorption * distance_w, vec3(104.0))); }
+
+// Over a segment that ended at s. Where a solid's back is hit, the segment lay in it;
 // elsewhere in `medium` [1/m], what the path entered last: a floor under water is no part of the water.
 vec3 segment_transmittance(Surface s, vec3 medium, float distance_w) {
     if (!HAS_ABSORPTION) return vec3(1.0);
-    return exp(-(s.solid && !s.front ? s.absorption : medium) * distance_w);
+    return transmittance(s.solid && !s.front ? s.absorption : medium, distance_w);
 }
 
 // What a path is in after an event at s.

@@ -1,6 +1,6 @@
-// The traversal seam for scene rays: the closest hit and occlusion, by ray query or by a software
-// tree. Both answer with a triangle; barycentrics and distance are computed here for both, so that
-// the same triangle gives the same point.
+// The traversal seam for scene rays: the closest hit and occlusion, by ray query, by a ray tracing pipeline or
+// by a software tree. All answer with a triangle; barycentrics and distance are computed here for all, so
+// that the same triangle gives the same point.
 // In: origin and unit direction in world space, range in metres. Needs surface.glsl.
 
 // `eye`: the ray is the eye's, maybe by way of mirrors and glass, else light's. One-sided faces (glTF:
@@ -54,7 +54,7 @@ Hit complete_hit(World world, uint triangle, uint place, vec3 origin, vec3 direc
     return Hit(triangle, place, bary, distance(origin, interpolate(p.p0, p.p1, p.p2, bary)));
 }
 
-#ifdef TRACE_QUERY
+#if defined(TRACE_QUERY) || defined(TRACE_PIPELINE)
 
 // Triangle and place. `instance`: the first group, of two; with instances the place above a bit that says which.
 uvec2 query_triangle(World world, uint instance, uint geometry, uint primitive) {
@@ -62,6 +62,10 @@ uvec2 query_triangle(World world, uint instance, uint geometry, uint primitive) 
     uint place = instance >> 1u;
     return uvec2(world.placements.at[place].groups[(instance & 1u) * 2u + geometry] + primitive, place);
 }
+
+#endif
+
+#if defined(TRACE_QUERY)
 
 void proceed(rayQueryEXT query, World world, vec3 origin, vec3 direction, bool eye, uvec2 chance) {
     while (rayQueryProceedEXT(query)) {
@@ -90,6 +94,40 @@ bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool e
     proceed(query, world, origin, direction, eye, chance);
     return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
 }
+
+#elif defined(TRACE_PIPELINE)
+
+// Written by common/scene.rchit or common/scene.rmiss, read by common/scene.rahit.
+struct SceneRay {
+    // What triangle is met in which place, or NONE; of an occlusion ray anything but NONE.
+    uvec2 found;
+    uvec2 chance;
+};
+PAYLOAD(SceneRay, scene_ray);
+
+// The eye's rays cull backs, others do not: common/scene.rahit knows them by this flag.
+const uint EYE_FLAG = gl_RayFlagsCullBackFacingTrianglesEXT;
+
+#ifndef HIT_SHADER
+
+void call_pipeline(World world, uint flags, vec3 origin, vec3 direction, float distance_w, bool eye, uvec2 chance) {
+    scene_ray = SceneRay(uvec2(0u), chance);
+    traceRayEXT(accelerationStructureEXT(world.tlas), flags | (eye ? EYE_FLAG : gl_RayFlagsNoneEXT), 0xff, 0, 0, 0, origin, 0.0, direction, distance_w, 0);
+}
+
+bool trace(World world, vec3 origin, vec3 direction, bool eye, uvec2 chance, out Hit hit) {
+    call_pipeline(world, gl_RayFlagsNoneEXT, origin, direction, 3.0e38, eye, chance);
+    if (scene_ray.found.x == NONE) return false;
+    hit = complete_hit(world, scene_ray.found.x, scene_ray.found.y, origin, direction);
+    return true;
+}
+
+bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool eye, uvec2 chance) {
+    call_pipeline(world, gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT, origin, direction, distance_w, eye, chance);
+    return scene_ray.found.x != NONE;
+}
+
+#endif
 
 #else
 

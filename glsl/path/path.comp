@@ -11,6 +11,7 @@
 #include "lib/bsdf.glsl"
 #include "lib/surface.glsl"
 #include "lib/trace.glsl"
+#include "lib/environment.glsl"
 #include "lib/light.glsl"
 #include "lib/direct.glsl"
 #include "lib/camera.glsl"

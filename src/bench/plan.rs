@@ -1,5 +1,6 @@
 //! What a bench is asked to do.
 
+use crate::scene::Environment;
 use crate::settings::Settings;
 use crate::technique::TECHNIQUES;
 use crate::{Error, Result};
@@ -10,6 +11,8 @@ use std::path::PathBuf;
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub scenes: Vec<PathBuf>,
+    /// What all scenes are put into.
+    pub environment: Option<Environment>,
     pub variants: Vec<Variant>,
     pub budget: Budget,
     pub seeds: u64,

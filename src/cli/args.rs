@@ -1,6 +1,6 @@
 //! What can be typed. Ranges are checked here; clap prints the fault and exits with 2.
 
-use super::quality::Quality;
+use super::{environment::EnvironmentArgs, quality::Quality};
 use crate::{
     bench::plan::Budget,
     image::{Display, Format},
@@ -100,6 +100,9 @@ pub struct BenchArgs {
     )]
     pub set: String,
 
+    #[command(flatten)]
+    pub environment: EnvironmentArgs,
+
     /// Leave out the measurements of culling, stochastic evaluation and radii one by one
     #[arg(long)]
     pub skip_ablation: bool,
@@ -189,6 +192,9 @@ pub struct RenderArgs {
     /// [default: the best]
     #[arg(long, value_name = "N|NAME")]
     pub device: Option<String>,
+
+    #[command(flatten)]
+    pub environment: EnvironmentArgs,
 
     #[command(flatten)]
     pub settings: Settings,

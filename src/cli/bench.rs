@@ -100,6 +100,7 @@ fn plan(args: &BenchArgs) -> Result<Plan> {
     }
     Ok(Plan {
         scenes: args.scenes.clone(),
+        environment: args.environment.load()?,
         variants,
         budget: args.budget,
         seeds: args.seeds,

@@ -7,6 +7,8 @@ use std::io::{ErrorKind, Write};
 
 use self::boxes::Probe;
 use crate::gpu::{DeviceInfo, DeviceKind, Gpu, OpenOptions, devices};
+use crate::render::auto_trace;
+use crate::settings::Trace;
 use crate::{Error, Result};
 
 /// The outcome of one test.
@@ -86,14 +88,9 @@ fn describe(info: &DeviceInfo) -> Vec<String> {
         lines.push(row("usable", &text));
         return lines;
     }
-    let query = match caps.ray_query {
+    let traces = |has| match has {
         true => format!("yes, up to {} boxes or triangles", caps.max_primitive_count),
         false => "no".to_owned(),
-    };
-    let pipeline = if caps.ray_tracing_pipeline {
-        "yes"
-    } else {
-        "no"
     };
     let textures = match caps.descriptor_indexing {
         true => format!(
@@ -106,14 +103,17 @@ fn describe(info: &DeviceInfo) -> Vec<String> {
         0.0 => "no: timings stay empty".to_owned(),
         period => format!("every {period} ns"),
     };
-    let auto = match (info.traces_in_hardware(), caps.ray_query) {
-        (true, _) => "query: the device traces rays in hardware",
-        (false, true) => "software: faster on a CPU device than its ray query",
-        (false, false) => "software: the device has no ray query",
+    let auto = match auto_trace(info) {
+        Trace::Query => "query: the device traces rays in hardware",
+        Trace::Pipeline => "pipeline: the device has no ray query",
+        _ if caps.traces_structures() => {
+            "software: faster on a CPU device than what its driver has"
+        }
+        _ => "software: the device has neither ray query nor ray pipeline",
     };
     lines.extend([
-        row("ray query", &query),
-        row("ray pipeline", pipeline),
+        row("ray query", &traces(caps.ray_query)),
+        row("ray pipeline", &traces(caps.ray_tracing_pipeline)),
         row("textures", &textures),
         row("timestamps", &timestamps),
         row("--trace auto", auto),
@@ -145,14 +145,24 @@ fn examine(info: &DeviceInfo, out: &mut impl Write) -> Result<()> {
         print(out, &row(finding.test, &text))
     };
     show(addresses::test(&gpu)?)?;
-    if info.caps.ray_query {
-        let probe = Probe::new(&gpu)?;
+    let probes = [
+        (info.caps.ray_query, Probe::query as fn(_) -> _),
+        (info.caps.ray_tracing_pipeline, Probe::pipeline),
+    ];
+    let mut probes = probes.iter().filter(|(there, _)| *there);
+    if let Some((_, probe)) = probes.next() {
+        let probe: Probe = probe(&gpu)?;
         show(probe.scratch())?;
         for finding in probe.boxes()? {
             show(finding)?;
         }
         show(probe.no_length()?)?;
         show(probe.inactive()?)?;
+    }
+    // What both share was asked above.
+    if let Some((_, probe)) = probes.next() {
+        let [found, ..] = probe(&gpu)?.boxes()?;
+        show(found)?;
     }
     fault.map_or(Ok(()), Err)
 }
@@ -174,5 +184,27 @@ fn print(out: &mut impl Write, line: &str) -> Result<()> {
     match writeln!(out, "{line}") {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::io("stdout".as_ref(), e)),
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pipelines_alone_are_said_to_be_the_choice() {
+        let mut info = devices().unwrap().swap_remove(0);
+        info.kind = DeviceKind::Discrete;
+        info.caps.missing.clear();
+        info.caps.ray_query = false;
+        info.caps.ray_tracing_pipeline = true;
+        let lines = describe(&info);
+        let said = |name: &str| {
+            lines
+                .iter()
+                .find(|line| line.trim_start().starts_with(name))
+        };
+        assert!(said("ray query").is_some_and(|line| line.ends_with("no")));
+        assert!(said("--trace auto").is_some_and(|line| line.contains("pipeline: ")));
     }
 }

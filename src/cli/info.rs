@@ -181,7 +181,7 @@ mod tests {
             "features   specular (materials 2, triangles 3): specular lobes, a photon map of caustics",
             "           delta lights (lights 1): point, spot and directional lights",
             "           vertex colours (vertices 3, 0.0 kB): colours of vertices",
-            "left out   diffuse, transmission, absorption, alpha, blend, unlit, instances, base colour textures, \
+            "left out   diffuse, transmission, absorption, alpha, blend, unlit, instances, environment, base colour textures, \
              metallic-roughness textures, normal maps, emission textures, specular textures, specular colour \
              textures, transmission textures, second texture coordinates",
             "uploads    0.4 kB",

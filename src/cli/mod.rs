@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod compare;
 pub mod doctor;
+mod environment;
 mod info;
 mod interrupt;
 mod progress;

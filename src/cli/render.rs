@@ -21,7 +21,11 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
         check_output(output)?;
     }
     let resumed = args.resume.as_deref().map(read_picture).transpose()?;
-    let scene = scene::load(&args.scene)?;
+    let environment = args.environment.load()?;
+    let mut scene = scene::load(&args.scene)?;
+    if let Some(environment) = environment {
+        scene.set_environment(environment);
+    }
     for warning in &scene.warnings {
         say(args, &format!("warning: {warning}"));
     }

@@ -69,7 +69,7 @@ struct RawAccel {
 impl Gpu {
     /// Builds `geometries` and waits for it.
     ///
-    /// Fails without ray query, and where the triangles are too many for the device or its memory.
+    /// Fails without ray tracing, and where the triangles are too many for the device or its memory.
     /// Give neighbouring triangles neighbouring places: lavapipe splits them in the order given.
     pub fn triangle_blas(
         &self,
@@ -96,7 +96,7 @@ impl Gpu {
 
     /// Memory for up to `max_boxes` boxes; to be built before it is traced.
     ///
-    /// Fails without ray query, and where the boxes are too many for the device or its memory.
+    /// Fails without ray tracing, and where the boxes are too many for the device or its memory.
     pub fn box_blas(&self, name: &'static str, max_boxes: usize) -> Result<BoxBlas> {
         check_count(&self.shared, name, "boxes", max_boxes)?;
         let described = [geometry::boxes(Ptr::null())];
@@ -115,7 +115,7 @@ impl Gpu {
 
     /// Memory for up to `max_instances` instances; to be built before it is traced.
     ///
-    /// Fails without ray query, and where memory runs out.
+    /// Fails without ray tracing, and where memory runs out.
     pub fn tlas(&self, name: &'static str, max_instances: usize) -> Result<Tlas> {
         let shared = &self.shared;
         check_count(shared, name, "instances", max_instances)?;
@@ -300,7 +300,7 @@ fn functions<'a>(
 ) -> Result<&'a khr::acceleration_structure::Device> {
     let missing = || {
         shared.error(format!(
-            "{name} needs VK_KHR_ray_query; use --trace software"
+            "{name} needs VK_KHR_ray_query or VK_KHR_ray_tracing_pipeline; use --trace software"
         ))
     };
     shared.accel.as_ref().ok_or_else(missing)

@@ -175,7 +175,12 @@ impl Gpu {
         Ok(data)
     }
 
-    fn write_bytes(&self, buffer: &Arc<RawBuffer>, first: usize, data: &[u8]) -> Result<()> {
+    pub(super) fn write_bytes(
+        &self,
+        buffer: &Arc<RawBuffer>,
+        first: usize,
+        data: &[u8],
+    ) -> Result<()> {
         if buffer.is_mapped() {
             buffer.write(first, data);
             return Ok(());
@@ -218,20 +223,13 @@ impl Gpu {
 
 #[cfg(test)]
 mod tests {
-    use super::super::device::find;
-    use super::super::{Gpu, OpenOptions};
+    use super::super::Gpu;
     use super::STAGING_BYTES;
 
     /// A device that hides its memory from the host, as discrete ones do.
     #[test]
     fn staging_moves_the_same_bytes() {
-        let options = OpenOptions {
-            device: None,
-            validate: true,
-        };
-        let (instance, physical, mut info) = find(&options).unwrap();
-        info.caps.unified = false;
-        let gpu = Gpu::create(instance, physical, info).unwrap();
+        let gpu = Gpu::open_as(|info| info.caps.unified = false);
         // Two and a bit rounds of staging.
         let data: Vec<u32> = (0..STAGING_BYTES as u32 / 2 + 3).collect();
         let buffer = gpu.upload("data", &data).unwrap();

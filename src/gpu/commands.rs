@@ -71,7 +71,7 @@ impl Commands {
     ///
     /// The groups lie in x and y, as one dimension holds too few: a shader's linear group index is
     /// `gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x`, and threads at or above its count
-    /// must do nothing. `push` may have up to [`MAX_PUSH_BYTES`], a multiple of 4.
+    /// must do nothing. The threads of a ray tracing pipeline are laid out alike. `push` may have up to [`MAX_PUSH_BYTES`], a multiple of 4.
     pub fn dispatch<P: Pod>(&mut self, pass: &Pass, push: &P, threads: usize) {
         let groups = threads.div_ceil(GROUP_SIZE as usize);
         let y = groups.div_ceil(MAX_GROUPS);
@@ -94,21 +94,39 @@ impl Commands {
         }
         let x = groups.div_ceil(y);
         let raw = &pass.raw;
+        let most = self.shared.info.caps.binding_rules.max_invocations as usize;
+        if raw.table.is_some() && x * GROUP_SIZE as usize * y > most {
+            return self.fail(format!(
+                "pass {}: {threads} rays are too many: the device takes {most} at once",
+                pass.name
+            ));
+        }
         self.hold(raw);
         // SAFETY: recording; the pass is held until the work was waited for; sizes checked above.
         self.timed(pass.name, |shared, buffer| unsafe {
             let device = &shared.device;
-            let bind_point = vk::PipelineBindPoint::COMPUTE;
+            let bind_point = match raw.table {
+                Some(_) => vk::PipelineBindPoint::RAY_TRACING_KHR,
+                None => vk::PipelineBindPoint::COMPUTE,
+            };
             device.cmd_bind_pipeline(buffer, bind_point, raw.pipeline);
             if let Some(textures) = &raw.textures {
                 let sets = [textures.set];
                 device.cmd_bind_descriptor_sets(buffer, bind_point, raw.layout, 0, &sets, &[]);
             }
             if !push.is_empty() {
-                let stage = vk::ShaderStageFlags::COMPUTE;
-                device.cmd_push_constants(buffer, raw.layout, stage, 0, push);
+                device.cmd_push_constants(buffer, raw.layout, raw.stages, 0, push);
             }
-            device.cmd_dispatch(buffer, x as u32, y as u32, 1);
+            let (x, y) = (x as u32, y as u32);
+            match (&raw.table, &shared.pipelines) {
+                (Some(table), Some(functions)) => {
+                    let [generation, miss, hit] = &table.regions;
+                    let none = vk::StridedDeviceAddressRegionKHR::default();
+                    let x = x * GROUP_SIZE;
+                    functions.cmd_trace_rays(buffer, generation, miss, hit, &none, x, y, 1);
+                }
+                _ => device.cmd_dispatch(buffer, x, y, 1),
+            }
         });
     }
 
@@ -298,7 +316,7 @@ impl Commands {
             return;
         };
         record(&self.shared, buffer);
-        let mut stages = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
+        let mut stages = self.shared.pass_stages() | vk::PipelineStageFlags::TRANSFER;
         if self.shared.accel.is_some() {
             stages |= vk::PipelineStageFlags::ACCELERATION_STRUCTURE_BUILD_KHR;
         }

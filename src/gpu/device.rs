@@ -30,8 +30,10 @@ pub struct Gpu {
 pub(super) struct Shared {
     pub info: DeviceInfo,
     pub device: ash::Device,
-    /// Present where `info.caps.ray_query`.
+    /// Present where `info.caps.traces_structures()`.
     pub accel: Option<khr::acceleration_structure::Device>,
+    /// Present where `info.caps.ray_tracing_pipeline`.
+    pub pipelines: Option<khr::ray_tracing_pipeline::Device>,
     pub queue: Mutex<vk::Queue>,
     /// Idle recorders, for reuse.
     pub recorders: Mutex<Vec<Recorder>>,
@@ -57,6 +59,18 @@ impl Gpu {
     pub fn open(options: &OpenOptions) -> Result<Self> {
         let (instance, physical, info) = find(options)?;
         Self::create(instance, physical, info)
+    }
+
+    /// The best usable device under the validation layer, said to be another.
+    #[cfg(test)]
+    pub(crate) fn open_as(edit: impl FnOnce(&mut DeviceInfo)) -> Self {
+        let options = OpenOptions {
+            device: None,
+            validate: true,
+        };
+        let (instance, physical, mut info) = find(&options).unwrap();
+        edit(&mut info);
+        Self::create(instance, physical, info).unwrap()
     }
 
     pub fn info(&self) -> &DeviceInfo {
@@ -87,23 +101,29 @@ impl Gpu {
         let mut accel = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default()
             .acceleration_structure(true);
         let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
-        let ray_extensions = [
-            khr::acceleration_structure::NAME.as_ptr(),
-            khr::ray_query::NAME.as_ptr(),
-            khr::deferred_host_operations::NAME.as_ptr(),
-        ];
+        let mut pipeline =
+            vk::PhysicalDeviceRayTracingPipelineFeaturesKHR::default().ray_tracing_pipeline(true);
+        let mut extensions = Vec::new();
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(caps.queue_family)
             .queue_priorities(&[1.0])];
         let mut create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .push_next(&mut f12);
-        if caps.ray_query {
-            create = create
-                .enabled_extension_names(&ray_extensions)
-                .push_next(&mut accel)
-                .push_next(&mut query);
+        if caps.traces_structures() {
+            extensions.push(khr::acceleration_structure::NAME.as_ptr());
+            extensions.push(khr::deferred_host_operations::NAME.as_ptr());
+            create = create.push_next(&mut accel);
         }
+        if caps.ray_query {
+            extensions.push(khr::ray_query::NAME.as_ptr());
+            create = create.push_next(&mut query);
+        }
+        if caps.ray_tracing_pipeline {
+            extensions.push(khr::ray_tracing_pipeline::NAME.as_ptr());
+            create = create.push_next(&mut pipeline);
+        }
+        create = create.enabled_extension_names(&extensions);
         // SAFETY: features and extensions were reported by the device; pointers outlive the call.
         let device = unsafe { instance.raw.create_device(physical, &create, None) }
             .map_err(|e| fault(&info.name, "vkCreateDevice", e))?;
@@ -127,8 +147,11 @@ impl Gpu {
             }
         };
         let accel = caps
-            .ray_query
+            .traces_structures()
             .then(|| khr::acceleration_structure::Device::new(&instance.raw, &device));
+        let pipelines = caps
+            .ray_tracing_pipeline
+            .then(|| khr::ray_tracing_pipeline::Device::new(&instance.raw, &device));
         // SAFETY: the one queue asked for above.
         let queue = unsafe { device.get_device_queue(caps.queue_family, 0) };
         Ok(Self {
@@ -136,6 +159,7 @@ impl Gpu {
                 info,
                 device,
                 accel,
+                pipelines,
                 queue: Mutex::new(queue),
                 recorders: Mutex::default(),
                 allocator,
@@ -156,6 +180,17 @@ impl Shared {
         Error::Device {
             device: self.info.name.clone(),
             fault: fault.into(),
+        }
+    }
+
+    /// Where passes run.
+    pub fn pass_stages(&self) -> vk::PipelineStageFlags {
+        match self.pipelines {
+            Some(_) => {
+                vk::PipelineStageFlags::COMPUTE_SHADER
+                    | vk::PipelineStageFlags::RAY_TRACING_SHADER_KHR
+            }
+            None => vk::PipelineStageFlags::COMPUTE_SHADER,
         }
     }
 

@@ -4,6 +4,7 @@ use std::ffi::CStr;
 
 use ash::{khr, vk};
 
+use super::binding_table::BindingRules;
 use super::instance::Instance;
 
 /// A Vulkan device as the driver describes it.
@@ -34,6 +35,7 @@ pub enum DeviceKind {
 pub struct Caps {
     /// VK_KHR_ray_query with VK_KHR_acceleration_structure.
     pub ray_query: bool,
+    /// VK_KHR_ray_tracing_pipeline, likewise.
     pub ray_tracing_pipeline: bool,
     /// What a [`super::TextureArray`] needs.
     pub descriptor_indexing: bool,
@@ -42,7 +44,7 @@ pub struct Caps {
     pub max_push_constants: u32,
     /// Nanoseconds per tick; 0 where the device has no timestamps.
     pub timestamp_period_ns: f32,
-    /// Of an acceleration structure; 0 without ray query.
+    /// Of an acceleration structure; 0 without any.
     pub max_primitive_count: u64,
     /// Bytes; of an acceleration structure's scratch memory.
     pub scratch_alignment: u32,
@@ -56,11 +58,19 @@ pub struct Caps {
     pub max_textures: u32,
     /// Threads of a subgroup, where those of a compute shader can vote, broadcast and reduce; else 0.
     pub subgroup_size: u32,
+    pub(super) binding_rules: BindingRules,
     /// Queue family for all work and its count of valid timestamp bits.
     pub(super) queue_family: u32,
     pub(super) timestamp_bits: u32,
     /// All of the device's memory is mapped and cached on the host: no staging.
-    pub(super) unified: bool,
+    pub(crate) unified: bool,
+}
+
+impl Caps {
+    /// Something traces acceleration structures.
+    pub fn traces_structures(&self) -> bool {
+        self.ray_query || self.ray_tracing_pipeline
+    }
 }
 
 impl DeviceInfo {
@@ -141,6 +151,7 @@ fn describe_1_2(raw: &ash::Instance, physical: vk::PhysicalDevice, caps: &mut Ca
     let mut p11 = vk::PhysicalDeviceVulkan11Properties::default();
     let mut p12 = vk::PhysicalDeviceVulkan12Properties::default();
     let mut p_accel = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+    let mut p_pipeline = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
     let mut properties = vk::PhysicalDeviceProperties2::default()
         .push_next(&mut p11)
         .push_next(&mut p12);
@@ -153,6 +164,7 @@ fn describe_1_2(raw: &ash::Instance, physical: vk::PhysicalDevice, caps: &mut Ca
     }
     if has_pipeline {
         features = features.push_next(&mut pipeline);
+        properties = properties.push_next(&mut p_pipeline);
     }
     // SAFETY: the chained structs outlive the calls, and the device knows each of them.
     unsafe {
@@ -198,6 +210,14 @@ fn describe_1_2(raw: &ash::Instance, physical: vk::PhysicalDevice, caps: &mut Ca
         caps.scratch_alignment = p_accel
             .min_acceleration_structure_scratch_offset_alignment
             .max(1);
+    }
+    if caps.ray_tracing_pipeline {
+        caps.binding_rules = BindingRules {
+            handle_size: p_pipeline.shader_group_handle_size,
+            handle_alignment: p_pipeline.shader_group_handle_alignment.max(1),
+            base_alignment: p_pipeline.shader_group_base_alignment.max(1),
+            max_invocations: p_pipeline.max_ray_dispatch_invocation_count,
+        };
     }
     let name = text(p12.driver_name_as_c_str());
     format!("{name} {}", text(p12.driver_info_as_c_str()))

@@ -1,4 +1,4 @@
-//! The Vulkan device: memory, compute passes, acceleration structures. The only room with unsafe code.
+//! The Vulkan device: memory, passes, acceleration structures. The only room with unsafe code.
 //!
 //! Buffers travel to shaders as typed device addresses ([`Ptr`]) in push constants; the one
 //! descriptor set is the [`TextureArray`]. Work is recorded in [`Commands`] and waited for, so
@@ -6,6 +6,7 @@
 //! points at is beyond any check here: whoever passes it keeps its buffer alive and its count right.
 
 mod accel;
+mod binding_table;
 mod buffer;
 mod commands;
 mod device;
@@ -14,6 +15,7 @@ mod info;
 mod instance;
 mod memory;
 mod pass;
+mod ray_pass;
 mod recorder;
 mod texture;
 
@@ -24,4 +26,5 @@ pub use device::{Gpu, OpenOptions, devices};
 pub use geometry::{Instance, TriangleGeometry};
 pub use info::{Caps, DeviceInfo, DeviceKind};
 pub use pass::{GROUP_SIZE, MAX_PUSH_BYTES, Pass};
+pub use ray_pass::RayShaders;
 pub use texture::{TextureArray, TextureData};

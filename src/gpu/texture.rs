@@ -9,6 +9,7 @@ use gpu_allocator::vulkan::Allocation;
 
 use super::commands::Commands;
 use super::device::{Gpu, Shared};
+use super::ray_pass::RAY_STAGES;
 use crate::Result;
 use crate::scene::Wrap;
 
@@ -141,7 +142,7 @@ impl Commands {
         self.untimed(|shared, buffer| unsafe {
             let device = &shared.device;
             let none = vk::DependencyFlags::empty();
-            let (top, copy, shader) = (Stage::TOP_OF_PIPE, Stage::TRANSFER, Stage::COMPUTE_SHADER);
+            let (top, copy, shader) = (Stage::TOP_OF_PIPE, Stage::TRANSFER, shared.pass_stages());
             device.cmd_pipeline_barrier(buffer, top, copy, none, &[], &[], &[writable]);
             let layout = Layout::TRANSFER_DST_OPTIMAL;
             device.cmd_copy_buffer_to_image(buffer, from, to, layout, &[region]);
@@ -156,10 +157,14 @@ impl RawTextures {
         let shared = &self.shared;
         let device = &shared.device;
         let kind = vk::DescriptorType::COMBINED_IMAGE_SAMPLER;
+        let mut stages = vk::ShaderStageFlags::COMPUTE;
+        if shared.pipelines.is_some() {
+            stages |= RAY_STAGES;
+        }
         let bindings = [vk::DescriptorSetLayoutBinding::default()
             .descriptor_type(kind)
             .descriptor_count(count)
-            .stage_flags(vk::ShaderStageFlags::COMPUTE)];
+            .stage_flags(stages)];
         let flags = [vk::DescriptorBindingFlags::UPDATE_AFTER_BIND];
         let mut flags =
             vk::DescriptorSetLayoutBindingFlagsCreateInfo::default().binding_flags(&flags);

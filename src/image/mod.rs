@@ -3,12 +3,14 @@
 mod display;
 mod exr;
 mod file;
+mod hdr;
 mod png;
 mod resize;
 
 pub use display::{Display, Exposure, Tone, auto_exposure, neutral, srgb};
 pub use exr::{read_layer, read_picture, read_rgb};
 pub use file::check_output;
+pub use hdr::read_hdr;
 pub use png::{develop, encode_rgb8, write_rgb8};
 pub use resize::{reduce, resample};
 

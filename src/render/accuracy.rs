@@ -1,9 +1,9 @@
 //! How far a picture is from the truth, bias included, without knowing the truth.
 //!
 //! Errors are relative: the root mean square over the pixels of (x − r) / √(r² + (m / 10)²), where x and r
-//! are the luminances of picture and truth, and m is the mean of r. Where a pixel's value is known well, r is taken from what was
-//! gathered there within half the radius, since beside a bright caustic most of the rest may be blur; elsewhere r is the median of
-//! its neighbourhood, since a value that a few bright outliers make is no truth. Two things make errors:
+//! are the luminances of picture and truth, and m is the mean of r. Where what was gathered within half the radius is known well, that
+//! is r, since beside a bright caustic most of the rest may be blur; elsewhere r is the median of the neighbourhood, since a value that
+//! a few bright outliers make is no truth. Two things make errors:
 //!
 //! * Noise: the variance over the iterations, divided by their number.
 //! * Bias: B(ρ), what a density estimate of radius ρ blurs. Each iteration gathers twice from the same photons, within ρ
@@ -20,7 +20,8 @@ use crate::shared::FilmPixel;
 const BIAS_PER_DIFFERENCE: f64 = 2.0;
 /// Of a normal distribution: below this many standard deviations above the mean lie 95 %.
 const SIGMAS: f64 = 1.645;
-/// A pixel's value is known where its standard error is below this share of it.
+/// What a pixel gathers is known where the standard errors, of its value and of how that differs within half the radius, are together
+/// below this share of it.
 const KNOWN: f64 = 0.25;
 /// Pixels along the edge of a block at most; further apart, errors hardly depend on each other.
 const BLOCK: usize = 16;
@@ -71,13 +72,16 @@ pub fn accuracy(pixels: &[FilmPixel], width: u32, iterations: u64) -> Accuracy {
     for (i, p) in pixels.iter().enumerate() {
         let (x, y) = (i % width, i / width);
         let noise2 = f64::from(p.variance.max(0.0)) * of_mean;
+        let bias_noise2 = f64::from(p.bias_variance) * of_mean;
         let truth = match luminances.get(i) {
-            Some(&own) if noise2 < KNOWN.powi(2) * own * own => (own - f64::from(p.bias)).max(0.0),
+            Some(&own) if noise2 + bias_noise2 < KNOWN.powi(2) * own * own => {
+                (own - f64::from(p.bias)).max(0.0)
+            }
             _ => median_around(&luminances, width, x, y),
         };
         let weight = 1.0 / (truth * truth + 0.01 * mean * mean);
         // The square of a noisy mean is too large by its variance.
-        let difference2 = f64::from(p.bias).powi(2) - f64::from(p.bias_variance) * of_mean;
+        let difference2 = f64::from(p.bias).powi(2) - bias_noise2;
         if let Some(sums) = blocks.get_mut(y / block * across + x / block) {
             sums[0] += weight * noise2;
             sums[1] += weight * BIAS_PER_DIFFERENCE.powi(2) * difference2;
@@ -156,7 +160,9 @@ mod tests {
         let by_noise = accuracy(&pixels(|i| differs(i, 1.0)), 32, 101);
         assert!(by_noise.bias < 1e-3, "{by_noise:?}");
         let bias = accuracy(&pixels(|i| differs(i, 0.0)), 32, 101).bias;
-        assert!((bias - 0.2 / 1.01_f64.sqrt()).abs() < 1e-6, "{bias}");
+        // Relative to what half the radius shows: 0.9 and 1.1.
+        let weight = (1.0 / (0.9f64.powi(2) + 0.01) + 1.0 / (1.1f64.powi(2) + 0.01)) / 2.0;
+        assert!((bias - 0.2 * weight.sqrt()).abs() < 1e-6, "{bias}");
     }
 
     #[test]

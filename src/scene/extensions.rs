@@ -61,7 +61,7 @@ const TABLE: &[(&str, Support)] = &[
     ("ADOBE_materials_thin_transparency", Ignored("the glTF material is used")),
     ("CESIUM_RTC", Ignored("the model stands at its own origin")),
     ("EXT_lights_ies", Ignored("lamps shine evenly")),
-    ("EXT_lights_image_based", Ignored("there is no environment")),
+    ("EXT_lights_image_based", Ignored("`--env` lights the scene")),
     ("KHR_gaussian_splatting", Ignored("there are no splats")),
     ("KHR_materials_anisotropy", Ignored("highlights are round")),
     ("KHR_materials_clearcoat", Ignored("there is no coat")),

@@ -6,6 +6,7 @@
 mod accessor;
 mod asset;
 mod container;
+mod environment;
 mod extensions;
 mod geometry;
 mod instancing;
@@ -22,6 +23,7 @@ use std::path::PathBuf;
 
 use glam::{Affine3A, DVec3, Mat4, Vec2, Vec3, Vec4};
 
+pub use environment::{Environment, Source};
 pub use extensions::extensions_table;
 pub use load::{load, moved};
 
@@ -39,6 +41,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
     pub lights: Vec<Light>,
+    /// Light from all around; no file brings it: see [`Scene::set_environment`].
+    pub environment: Option<Environment>,
     /// Never empty: without a camera in the file, one that frames the scene.
     pub cameras: Vec<Camera>,
     /// The extensions that the file uses, and what becomes of them, in its own order.
@@ -50,7 +54,7 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// The file, for messages.
     pub path: PathBuf,
-    /// blake3 of all bytes that the scene was read from (the file and what it refers to).
+    /// blake3 of all bytes that the scene was read from (the file and what it refers to), and of the environment.
     pub hash: [u8; 32],
 }
 

@@ -24,10 +24,22 @@ pub struct Gather {
 impl Gather {
     /// With the gather pass of this stem, and a photon list's length for those that need one.
     pub fn new(engine: &Engine, stem: &str, list_length: u32) -> Result<Self> {
+        let code = spirv(stem)?;
+        Self::with(engine, list_length, |name, constants| {
+            engine.gpu.pass(name, code, constants, None)
+        })
+    }
+
+    /// With the gather pass that `pass` makes from a name and specialization constants.
+    pub fn with(
+        engine: &Engine,
+        list_length: u32,
+        pass: impl Fn(&'static str, &[u32]) -> Result<Pass>,
+    ) -> Result<Self> {
+        let subgroup = engine.gpu.info().caps.subgroup_size;
         let pass = |name, features| {
-            let subgroup = engine.gpu.info().caps.subgroup_size;
             let constants = [engine.world.features | features, 0, subgroup, list_length];
-            engine.gpu.pass(name, spirv(stem)?, &constants, None)
+            pass(name, &constants)
         };
         Ok(Self {
             passes: [pass(NAMES[0], 0)?, pass(NAMES[1], FEATURE_STOCHASTIC)?],

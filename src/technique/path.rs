@@ -5,7 +5,6 @@ use super::Technique;
 use crate::Result;
 use crate::gpu::Pass;
 use crate::render::Engine;
-use crate::shaders::spirv;
 use crate::shared::PathPush;
 
 /// One path per pixel and iteration.
@@ -31,12 +30,8 @@ impl Technique for Path {
 impl Path {
     /// For the engine's world.
     pub fn new(engine: &Engine) -> Result<Self> {
-        let world = &engine.world;
-        let code = spirv(&format!("path.{}", world.variant()))?;
-        let constants = [world.features, world.stack_size];
-        let textures = world.textures.as_ref();
         Ok(Self {
-            pass: engine.gpu.pass("path", code, &constants, textures)?,
+            pass: engine.world.pass(&engine.gpu, "path", 0, &[])?,
         })
     }
 }

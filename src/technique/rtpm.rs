@@ -5,7 +5,7 @@ use super::Technique;
 use super::gather::{Gather, SortedPhotons};
 use crate::Result;
 use crate::bvh::{PhotonTree, Shape};
-use crate::gpu::{BoxBlas, Commands, Instance, Pass, Ptr, Tlas};
+use crate::gpu::{BoxBlas, Commands, Instance, Pass, Ptr, RayShaders, Tlas};
 use crate::photons::Order;
 use crate::render::Engine;
 use crate::settings::Trace;
@@ -26,7 +26,8 @@ pub struct Rtpm {
 /// caustic map where nothing is specular.
 enum Structure {
     Software([Option<PhotonTree>; 2]),
-    Query {
+    /// The driver's, over boxes.
+    Boxes {
         blas: [Option<BoxBlas>; 2],
         tlas: Tlas,
     },
@@ -44,14 +45,25 @@ impl Rtpm {
     /// For the engine's traversal, with the gather pass of this technique.
     pub fn new(engine: &Engine, technique: &str) -> Result<Self> {
         let (photons, structure) = structure(engine)?;
-        let trace = match structure {
-            Structure::Software(_) => "software",
-            Structure::Query { .. } => "query",
+        let trace = engine.world.trace;
+        let stem = format!("{technique}.gather.{}", trace.variant());
+        let gather = match trace {
+            Trace::Pipeline => {
+                let called = RayShaders {
+                    any_hit: Some(spirv("photon.any")?),
+                    intersection: Some(spirv("photon.intersection")?),
+                    ..RayShaders::default()
+                };
+                let code = spirv(&stem)?;
+                Gather::with(engine, 0, |name, constants| {
+                    engine.gpu.ray_pass(name, code, &called, constants, None)
+                })?
+            }
+            _ => Gather::new(engine, &stem, 0)?,
         };
-        let stem = format!("{technique}.gather.{trace}");
         Ok(Self {
             tree: engine.gpu.pass("build", spirv("rtpm.tree")?, &[], None)?,
-            gather: Gather::new(engine, &stem, 0)?,
+            gather,
             photons,
             structure,
         })
@@ -91,7 +103,7 @@ impl Rtpm {
                 maps.caustic_tree = ptr(caustic);
                 maps.global_tree = ptr(global);
             }
-            Structure::Query { tlas, .. } => maps.tlas = address_words(tlas.address()),
+            Structure::Boxes { tlas, .. } => maps.tlas = address_words(tlas.address()),
         }
         engine.gpu.write(&self.gather.maps, 0, &[maps])
     }
@@ -107,7 +119,7 @@ impl Rtpm {
                     }
                 }
             }
-            Structure::Query { blas, tlas } => {
+            Structure::Boxes { blas, tlas } => {
                 let boxes = self.photons.boxes_ptr();
                 let mut first = 0;
                 let mut instances = Vec::new();
@@ -144,10 +156,10 @@ fn grid((min, max): (Vec3, Vec3)) -> (Vec3, f32) {
 fn structure(engine: &Engine) -> Result<(SortedPhotons, Structure)> {
     let (gpu, capacity) = (&engine.gpu, engine.photons.capacity());
     let caustics = engine.world.features & FEATURE_SPECULAR != 0;
-    Ok(match engine.world.trace {
-        Trace::Query => (
+    Ok(match engine.world.trace.uses_structures() {
+        true => (
             SortedPhotons::boxes(engine)?,
-            Structure::Query {
+            Structure::Boxes {
                 blas: [
                     caustics
                         .then(|| gpu.box_blas("caustic photons", capacity))
@@ -157,7 +169,7 @@ fn structure(engine: &Engine) -> Result<(SortedPhotons, Structure)> {
                 tlas: gpu.tlas("photons", 2)?,
             },
         ),
-        _ => (
+        false => (
             SortedPhotons::positions(engine)?,
             Structure::Software([
                 caustics

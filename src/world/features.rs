@@ -1,6 +1,7 @@
 //! What a scene uses of all that lightfall can do, found once at load. Specialization constants, buffers, textures
 //! and passes follow from it: what a scene does not use is not compiled in, uploaded or run.
 
+use super::environment;
 use crate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::shared::*;
 use glam::Vec3;
@@ -28,6 +29,7 @@ enum UsedBy {
     Lights,
     /// Meshes that are stored once and shown many times.
     Instances,
+    Environment,
 }
 
 const fn slot(name: &'static str, slot: u32, switches_on: &'static str) -> Feature {
@@ -123,6 +125,12 @@ pub const FEATURES: &[Feature] = &[
         bit: FEATURE_INSTANCES,
         switches_on: "a tree over places of meshes, each mesh stored once",
         used_by: UsedBy::Instances,
+    },
+    Feature {
+        name: "environment",
+        bit: FEATURE_ENVIRONMENT,
+        switches_on: "light from all around",
+        used_by: UsedBy::Environment,
     },
     Feature {
         name: "vertex colours",
@@ -268,6 +276,11 @@ impl Feature {
                 lights: scene.lights.len(),
                 ..Use::default()
             },
+            UsedBy::Environment if environment::shines(scene) => Use {
+                bytes: environment::bytes(&environment::of(scene)),
+                ..Use::default()
+            },
+            UsedBy::Environment => Use::default(),
         }
     }
 }

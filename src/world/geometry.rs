@@ -71,12 +71,12 @@ impl Geometry {
                 .collect();
             let first = all.triangles.len() as u32;
             let (mut order, mut groups) = (Vec::new(), [first; 5]);
-            match trace {
-                Trace::Query => {
+            match trace.uses_structures() {
+                true => {
                     (order, groups) = grouped_order(scene, part.triangles, &corners);
                     groups = groups.map(|group| first + group);
                 }
-                _ => {
+                false => {
                     let mut tree = SceneTree::build(&corners);
                     std::mem::swap(&mut order, &mut tree.order);
                     all.root = tree.append_to(&mut all.nodes, first);
@@ -116,7 +116,7 @@ impl Geometry {
                 all.once = order;
             }
         }
-        if instances && trace != Trace::Query {
+        if instances && !trace.uses_structures() {
             let boxes: Vec<_> = all.places.iter().map(|place| place.0).collect();
             let tree = SceneTree::over_placements(&boxes);
             all.root = tree.append_to(&mut all.nodes, 0);

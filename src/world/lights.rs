@@ -1,12 +1,16 @@
 //! Everything that emits, with the table that chooses among it in proportion to luminous flux.
 
+use super::environment;
 use crate::scene::{self, Scene, Wrap};
-use crate::shared::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light};
+use crate::shared::{
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light,
+};
 use crate::{Error, Result};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Emissive triangles in the order of the file, each with its place in `order`; then lights without area.
+/// Emissive triangles in the order of the file, each with its place in `order`; then lights without area; then the
+/// environment.
 pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     let mut lights = Vec::new();
     let mut fluxes = Vec::new();
@@ -43,6 +47,15 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
             lights.push(light);
         }
     }
+    if environment::shines(scene) {
+        // Through the disc about the scene that each direction sees.
+        let flux = environment::irradiation(&environment::of(scene)) * PI * radius * radius;
+        fluxes.push(luminance(flux).max(f64::MIN_POSITIVE));
+        lights.push(Light {
+            kind: LIGHT_ENVIRONMENT,
+            ..Default::default()
+        });
+    }
     if lights.is_empty() && scene.materials.iter().any(|m| m.unlit) {
         // Nothing needs light; a dark one spares all passes the case of none.
         fluxes.push(1.0);
@@ -54,7 +67,8 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     if lights.is_empty() {
         return Err(Error::scene(
             &scene.path,
-            "nothing emits light: give a material emissiveFactor, or add a light (KHR_lights_punctual)",
+            "nothing emits light: say --env 1 for light from all around or --env sky.hdr for a map of it, give a material \
+             emissiveFactor, or add a light (KHR_lights_punctual)",
         ));
     }
     // A light far dimmer than the rest still gets its share to the precision of the table's numbers.

@@ -27,11 +27,18 @@ impl Device {
 
     /// Those that the device has.
     pub fn traversals(&self) -> Vec<Trace> {
-        if self.info().caps.ray_query {
-            return vec![Trace::Software, Trace::Query];
+        let caps = &self.info().caps;
+        let mut traversals = vec![Trace::Software];
+        for (there, trace) in [
+            (caps.ray_query, Trace::Query),
+            (caps.ray_tracing_pipeline, Trace::Pipeline),
+        ] {
+            match there {
+                true => traversals.push(trace),
+                false => println!("not tested: {} has no {trace:?}", self.info().name),
+            }
         }
-        println!("not tested: {} has no ray queries", self.info().name);
-        vec![Trace::Software]
+        traversals
     }
 }
 
@@ -206,7 +213,8 @@ pub fn check_photons(
     );
 }
 
-fn check_by(
+/// [`check`] for the techniques that are wanted.
+pub fn check_by(
     wanted: impl Fn(&Row) -> bool,
     scene: &Scene,
     settings: &Settings,

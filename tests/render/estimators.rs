@@ -12,7 +12,7 @@ use lightfall::settings::{Evaluate, Settings, Switch, Trace};
 /// Means of both maps and of their blocks.
 pub fn measure(device: &Device, scene: &Scene, settings: &Settings) -> Vec<Estimate> {
     let mut renderer = Renderer::new(device, scene, settings).unwrap();
-    estimate(&mut renderer, 24, |picture| {
+    estimate(&mut renderer, 32, |picture| {
         let of = |name| block_means(layer(picture, name));
         [of("global"), of("caustic")].concat()
     })

@@ -7,6 +7,7 @@ mod cameras;
 mod check;
 mod closed_forms;
 mod convergence;
+mod environment;
 mod estimators;
 mod furnace;
 mod instances;

@@ -2,12 +2,13 @@
 //! down in `glsl/lib/eye.glsl`): layers of techniques that share no more than the scene must agree.
 
 use crate::check::{Device, Estimate, SIGMAS, block_means, estimate, layer, settings};
+use crate::environment::map;
 use crate::shapes::*;
 use crate::showroom::showroom;
 use glam::{Vec3, vec3};
 use lightfall::gpu::Gpu;
 use lightfall::render::Renderer;
-use lightfall::scene::Scene;
+use lightfall::scene::{Material, Scene};
 use lightfall::settings::{Direct, Settings};
 
 const LAYERS: [&str; 4] = ["emission", "direct", "caustic", "global"];
@@ -59,10 +60,50 @@ fn photons() -> Settings {
     settings(48, 40_000, 0.02)
 }
 
+/// Glass, a mirror, rough metal and plastic on a floor, under a sky with a sun wide enough for paths from the eye.
+fn open_air() -> Scene {
+    let mut scene = Scene::default();
+    let chalk = material(&mut scene, lambertian(vec3(0.7, 0.6, 0.5)));
+    let clear = material(&mut scene, glass(0.5));
+    let shiny = material(&mut scene, mirror(0.9));
+    let metal = |roughness, metallic| Material {
+        roughness,
+        metallic,
+        base_color: vec3(0.9, 0.7, 0.3).extend(1.0),
+        ..Material::default()
+    };
+    let brass = material(&mut scene, metal(0.4, 1.0));
+    let plastic = material(&mut scene, metal(0.3, 0.0));
+    floor(&mut scene, 0.0, 1.2, chalk);
+    sphere(&mut scene, vec3(-0.4, 0.35, 0.2), 0.3, 3, true, clear);
+    sphere(&mut scene, vec3(0.5, 0.3, -0.2), 0.3, 3, true, shiny);
+    sphere(&mut scene, vec3(0.2, 0.2, 0.5), 0.2, 3, true, plastic);
+    cuboid(
+        &mut scene,
+        vec3(-0.5, 0.3, -0.6),
+        vec3(0.2, 0.3, 0.2),
+        brass,
+    );
+    camera(&mut scene, vec3(0.0, 1.0, 2.2), vec3(0.0, 0.2, 0.0), 0.9);
+    scene.set_environment(map([16, 8], |x, y| match (x, y) {
+        (11, 2) => vec3(90.0, 70.0, 50.0),
+        _ => vec3(0.2, 0.3, 0.5) * (1.0 - y as f32 / 8.0) * (1.0 + (x % 4) as f32),
+    }));
+    scene
+}
+
 #[test]
 fn direct_light_by_rays_or_by_photons() {
     let device = Device::open();
-    let scene = showroom(&device);
+    rays_and_photons_agree(&device, &showroom(&device));
+}
+
+#[test]
+fn light_straight_from_the_sky_by_rays_or_by_photons() {
+    rays_and_photons_agree(&Device::open(), &open_air());
+}
+
+fn rays_and_photons_agree(device: &Device, scene: &Scene) {
     for trace in device.traversals() {
         let by = |direct, seed| {
             let settings = Settings {
@@ -71,7 +112,7 @@ fn direct_light_by_rays_or_by_photons() {
                 seed,
                 ..photons()
             };
-            measure(&device, &scene, &settings, 32)
+            measure(device, scene, &settings, 32)
         };
         let [photons, rays] = [by(Direct::Photons, 1), by(Direct::Rays, 2)];
         assert_same(
@@ -111,7 +152,17 @@ fn direct_light_by_rays_or_by_photons() {
 #[test]
 fn photons_and_paths_agree_in_every_layer() {
     let device = Device::open();
-    let scene = lamp_room(&device);
+    // Few paths meet the lamp, fewer behind glass.
+    let noise = [0.1, 0.01, 0.05, 0.02];
+    photons_and_paths_agree(&device, &lamp_room(&device), noise);
+}
+
+#[test]
+fn photons_and_paths_agree_in_every_layer_of_the_sky() {
+    photons_and_paths_agree(&Device::open(), &open_air(), [0.03, 0.015, 0.06, 0.03]);
+}
+
+fn photons_and_paths_agree(device: &Device, scene: &Scene, noise: [f64; 4]) {
     for trace in device.traversals() {
         let rays = Settings {
             trace,
@@ -123,10 +174,9 @@ fn photons_and_paths_agree_in_every_layer() {
             seed: 1,
             ..rays.clone()
         };
-        let photons = measure(&device, &scene, &rays, 48);
-        let paths = measure(&device, &scene, &paths, 256);
-        // Few paths meet the lamp, fewer behind glass.
-        for (i, noise) in [0.1, 0.01, 0.05, 0.02].into_iter().enumerate() {
+        let photons = measure(device, scene, &rays, 48);
+        let paths = measure(device, scene, &paths, 256);
+        for (i, noise) in noise.into_iter().enumerate() {
             let name = LAYERS[i];
             assert_same(
                 &format!("{trace:?}, {name}"),

@@ -166,13 +166,13 @@ fn traversals_agree() {
 
 /// No pixel of any layer differs, and there is something in the layers of `full`.
 fn assert_traversals_agree(
-    gpu: &Gpu,
+    gpu: &Device,
     scene: &Scene,
     settings: &Settings,
     what: &str,
     full: &[&str],
 ) {
-    let images = [Trace::Software, Trace::Query].map(|trace| {
+    let image = |trace| {
         let settings = Settings {
             trace,
             ..settings.clone()
@@ -180,29 +180,37 @@ fn assert_traversals_agree(
         let mut renderer = Renderer::new(gpu, scene, &settings).unwrap();
         renderer.iterate().unwrap();
         renderer.picture().unwrap()
-    });
-    for name in [
-        "", "emission", "direct", "caustic", "global", "albedo", "normal", "depth",
-    ] {
-        let [a, b] = images.each_ref().map(|picture| layer(picture, name));
-        assert!(
-            !full.contains(&name) || a.iter().any(|x| *x != 0.0),
-            "{what}: nothing in layer '{name}'"
-        );
-        let channels = a.len() / (64 * 64);
-        let differs = |(a, b): &(&[f32], &[f32])| {
-            a.iter()
-                .zip(*b)
-                .any(|(a, b)| (a - b).abs() > 1e-4 * a.abs())
-        };
-        let count = a
-            .chunks(channels)
-            .zip(b.chunks(channels))
-            .filter(differs)
-            .count();
-        assert!(
-            count == 0,
-            "{what}, layer '{name}': {count} of 4096 pixels differ"
-        );
+    };
+    let software = image(Trace::Software);
+    for trace in gpu
+        .traversals()
+        .into_iter()
+        .filter(|t| *t != Trace::Software)
+    {
+        let other = image(trace);
+        for name in [
+            "", "emission", "direct", "caustic", "global", "albedo", "normal", "depth",
+        ] {
+            let [a, b] = [&software, &other].map(|picture| layer(picture, name));
+            assert!(
+                !full.contains(&name) || a.iter().any(|x| *x != 0.0),
+                "{what}: nothing in layer '{name}'"
+            );
+            let channels = a.len() / (64 * 64);
+            let differs = |(a, b): &(&[f32], &[f32])| {
+                a.iter()
+                    .zip(*b)
+                    .any(|(a, b)| (a - b).abs() > 1e-4 * a.abs())
+            };
+            let count = a
+                .chunks(channels)
+                .zip(b.chunks(channels))
+                .filter(differs)
+                .count();
+            assert!(
+                count == 0,
+                "{what}, {trace:?}, layer '{name}': {count} of 4096 pixels differ"
+            );
+        }
     }
 }

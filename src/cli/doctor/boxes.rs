@@ -1,11 +1,11 @@
-//! Which boxes does a driver's ray query report? The host knows the answers.
+//! Which boxes does a driver report, by ray query or by pipelines? The host knows the answers.
 
 use std::time::Instant;
 
 use bytemuck::{Pod, Zeroable};
 
 use super::{Finding, Verdict};
-use crate::gpu::{Gpu, Instance, Pass, Ptr};
+use crate::gpu::{Gpu, Instance, Pass, Ptr, RayShaders};
 use crate::{Result, shaders};
 
 /// Boxes and points of the main test; few enough for builders that need Morton order to end.
@@ -37,6 +37,7 @@ struct BoxesPush {
 /// Asks the driver which boxes hold which points.
 pub struct Probe<'a> {
     gpu: &'a Gpu,
+    by: &'static str,
     pass: Pass,
 }
 
@@ -60,10 +61,26 @@ struct Tally {
 }
 
 impl<'a> Probe<'a> {
-    /// Needs ray query.
-    pub fn new(gpu: &'a Gpu) -> Result<Self> {
-        let pass = gpu.pass("boxes", shaders::spirv("doctor.boxes")?, &[], None)?;
-        let probe = Self { gpu, pass };
+    /// Needs VK_KHR_ray_query.
+    pub fn query(gpu: &'a Gpu) -> Result<Self> {
+        let pass = gpu.pass("boxes", shaders::spirv("doctor.boxes.query")?, &[], None)?;
+        Self::new(gpu, "ray query", pass)
+    }
+
+    /// Needs VK_KHR_ray_tracing_pipeline.
+    pub fn pipeline(gpu: &'a Gpu) -> Result<Self> {
+        let called = RayShaders {
+            any_hit: Some(shaders::spirv("doctor.boxes.any")?),
+            intersection: Some(shaders::spirv("doctor.boxes.intersection")?),
+            ..RayShaders::default()
+        };
+        let code = shaders::spirv("doctor.boxes.pipeline")?;
+        let pass = gpu.ray_pass("boxes", code, &called, &[], None)?;
+        Self::new(gpu, "pipelines", pass)
+    }
+
+    fn new(gpu: &'a Gpu, by: &'static str, pass: Pass) -> Result<Self> {
+        let probe = Self { gpu, by, pass };
         // Some drivers compile at the first dispatch.
         probe.ask(&[cube([0.5; 3], 1.0)], &[[0.5; 3]], NO_LENGTH)?;
         Ok(probe)
@@ -101,10 +118,11 @@ impl<'a> Probe<'a> {
             test: "boxes",
             verdict: if wrong { Verdict::Bad } else { Verdict::Good },
             text: format!(
-                "{POINTS} points lie in {} boxes: {} missed, {} reported twice{}",
+                "{POINTS} points lie in {} boxes: {} missed, {} reported twice by {}{}",
                 tally.true_count,
                 tally.missed,
                 tally.again,
+                self.by,
                 if wrong { "; use --trace software" } else { "" },
             ),
         };
