@@ -242,7 +242,7 @@ shared_structs! {
         kind: u32,
         /// The triangle of an emissive one.
         triangle: u32,
-        /// The probability of choosing this light.
+        /// The probability that a light path begins here.
         probability: f32,
         /// Alias method (Vose 1991): keep this row below `alias_threshold`, else take row `alias`.
         alias_threshold: f32,
@@ -254,6 +254,22 @@ shared_structs! {
         intensity: [f32; 3],
         cos_inner: f32,
         cos_outer: f32,
+        /// The way to it from the light tree's root: a bit for each level, the lowest first, 1 for the right child.
+        trail: u32,
+    }
+
+    /// A group of lights, or one (see `light_tree.glsl`).
+    struct LightNode {
+        center_w: [f32; 3],
+        /// Of the sphere that holds them, squared (m²).
+        radius2: f32,
+        /// cd.
+        intensity: f32,
+        /// Of those infinitely far away (lx).
+        irradiance: f32,
+        /// The left child, beside the right one; NONE for a light.
+        child: u32,
+        light: u32,
     }
 
     /// Light from all around (see `environment.glsl`).
@@ -290,6 +306,7 @@ shared_structs! {
         texture_slots: Ptr<TextureSlot>,
         /// Emissive triangles, then lights without area.
         lights: Ptr<Light>,
+        light_tree: Ptr<LightNode>,
         /// The emissive ones' numbers, in the order of their triangles.
         lights_by_triangle: Ptr<u32>,
         nodes: Ptr<BvhNode>,

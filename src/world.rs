@@ -3,6 +3,7 @@
 mod convert;
 mod edges;
 mod environment;
+mod light_tree;
 mod lights;
 
 use crate::bvh::{SceneTree, morton_order};
@@ -38,6 +39,7 @@ struct Held {
     materials: Buffer<crate::shared::Material>,
     slots: Buffer<TextureSlot>,
     lights: Buffer<Light>,
+    light_tree: Buffer<LightNode>,
     lights_by_triangle: Buffer<u32>,
     environment: Option<environment::Buffers>,
     nodes: Option<Buffer<BvhNode>>,
@@ -75,7 +77,7 @@ impl World {
             .iter()
             .map(|&t| shading(scene, t, folded[t as usize]))
             .collect();
-        let lights = lights::lights(scene, &order)?;
+        let (lights, light_tree) = lights::lights(scene, &order)?;
         let by_triangle = lights::by_triangle(&lights);
         let features = features(scene);
         let textures = textures(gpu, scene)?;
@@ -109,6 +111,7 @@ impl World {
                 },
             )?,
             lights: gpu.upload("lights", &lights)?,
+            light_tree: gpu.upload("light tree", &light_tree)?,
             lights_by_triangle: gpu.upload("lights by triangle", &by_triangle)?,
             environment: environment(scene)
                 .map(|e| environment::upload(gpu, e))
@@ -124,6 +127,7 @@ impl World {
             materials: held.materials.ptr(),
             texture_slots: held.slots.ptr(),
             lights: held.lights.ptr(),
+            light_tree: held.light_tree.ptr(),
             lights_by_triangle: held.lights_by_triangle.ptr(),
             nodes: held.nodes.as_ref().map_or(Ptr::null(), Buffer::ptr),
             tlas: held

@@ -1,17 +1,20 @@
-//! Everything that emits, with the table that chooses among it in proportion to luminous flux.
+//! Everything that emits, with the table that chooses among it in proportion to luminous flux, for light paths, and the
+//! tree that does so by place, for rays to the lights.
 
 use crate::scene::{self, Scene, Wrap};
 use crate::shared::{
-    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light,
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, LightNode,
 };
+use crate::world::light_tree::{self, Emitter};
 use crate::{Error, Result};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// Emissive triangles in the order of the file, each with its place in `order`; then lights without area; then the
 /// environment.
-pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
+pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode>)> {
     let mut lights = Vec::new();
+    let mut emitters = Vec::new();
     let mut fluxes = Vec::new();
     // In the order of the file: the order of each traversal would give each other photons.
     let mut places = vec![0; order.len()];
@@ -23,13 +26,20 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
         if material.emission.max_element() <= 0.0 {
             continue;
         }
-        let [a, b, c] = triangle
+        let corners = triangle
             .vertices
-            .map(|v| scene.vertices[v as usize].position_w.as_dvec3());
+            .map(|v| scene.vertices[v as usize].position_w);
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
         let area = 0.5 * (b - a).cross(c - a).length();
         let mean = mean_emission(scene, triangle);
         if mean.max_element() > 0.0 && area > 0.0 {
             fluxes.push(std::f64::consts::PI * area * luminance(mean));
+            emitters.push(Emitter {
+                min_w: corners.into_iter().fold(Vec3::INFINITY, Vec3::min),
+                max_w: corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max),
+                intensity: area * luminance(mean),
+                irradiance: 0.0,
+            });
             lights.push(Light {
                 kind: LIGHT_TRIANGLE,
                 triangle: place,
@@ -38,18 +48,35 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
         }
     }
     let (min, max) = scene.bounds();
-    let radius = 0.5 * (max - min).length();
+    let (center, radius) = (0.5 * (min + max), 0.5 * (max - min).length());
     for light in &scene.lights {
         let (light, flux) = delta_light(light, radius);
         if flux.max_element() > 0.0 {
             fluxes.push(luminance(flux));
+            let brightness = luminance(light.intensity.into());
+            emitters.push(match light.kind {
+                LIGHT_DIRECTIONAL => Emitter {
+                    irradiance: brightness,
+                    ..at(center)
+                },
+                _ => Emitter {
+                    intensity: brightness,
+                    ..at(light.position_w.into())
+                },
+            });
             lights.push(light);
         }
     }
     if let Some(environment) = super::environment(scene) {
         // Through the disc about the scene that each direction sees.
-        let flux = super::environment::irradiation(environment) * PI * radius * radius;
-        fluxes.push(luminance(flux).max(f64::MIN_POSITIVE));
+        let irradiation = luminance(super::environment::irradiation(environment));
+        let disc = PI * radius * radius;
+        fluxes.push((irradiation * f64::from(disc)).max(f64::MIN_POSITIVE));
+        emitters.push(Emitter {
+            // What an even one brings to a surface.
+            irradiance: 0.25 * irradiation,
+            ..at(center)
+        });
         lights.push(Light {
             kind: LIGHT_ENVIRONMENT,
             ..Default::default()
@@ -58,6 +85,7 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     if lights.is_empty() && scene.materials.iter().any(|m| m.unlit) {
         // Nothing needs light; a dark one spares all passes the case of none.
         fluxes.push(1.0);
+        emitters.push(at(center));
         lights.push(Light {
             kind: LIGHT_POINT,
             ..Default::default()
@@ -74,7 +102,18 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     let floor = 1e-3 * fluxes.iter().sum::<f64>() / fluxes.len() as f64;
     fluxes.iter_mut().for_each(|flux| *flux = flux.max(floor));
     alias_table(&mut lights, &fluxes);
-    Ok(lights)
+    let tree = light_tree::build(&emitters, &mut lights);
+    Ok((lights, tree))
+}
+
+/// Dark and without extent.
+fn at(position_w: Vec3) -> Emitter {
+    Emitter {
+        min_w: position_w,
+        max_w: position_w,
+        intensity: 0.0,
+        irradiance: 0.0,
+    }
 }
 
 /// The numbers of the emissive triangles among `lights`, in the order of their places.
