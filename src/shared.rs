@@ -175,6 +175,8 @@ shared_constants! {
     PHOTON_FANOUT_LOG2 = 2;
     /// Cells of a photon grid along an axis, less one: f32 still tells them apart.
     GRID_CELL_MAX = (1 << 22) - 1;
+    /// How often an emissive triangle is split into four at most.
+    PART_LEVELS = 8;
     /// Prefix sum: entries that one thread sums.
     SCAN_CHUNK = 512;
     /// Cells of the culling mask (Kern et al. 2023, section 4.5), one bit each.
@@ -240,8 +242,11 @@ shared_structs! {
     /// Something that emits photons, and its row of the alias table.
     struct Light {
         kind: u32,
-        /// The triangle of an emissive one.
+        /// The triangle of an emissive one, and which part of it: see `world::emission`.
         triangle: u32,
+        part: u32,
+        part_corner: [f32; 2],
+        part_edge: f32,
         /// The probability that a light path begins here.
         probability: f32,
         /// Alias method (Vose 1991): keep this row below `alias_threshold`, else take row `alias`.
@@ -307,7 +312,7 @@ shared_structs! {
         /// Emissive triangles, then lights without area.
         lights: Ptr<Light>,
         light_tree: Ptr<LightNode>,
-        /// The emissive ones' numbers, in the order of their triangles.
+        /// The emissive ones' numbers, in the order of their triangles and parts.
         lights_by_triangle: Ptr<u32>,
         nodes: Ptr<BvhNode>,
         tlas: [u32; 2],

@@ -2,6 +2,7 @@
 
 mod convert;
 mod edges;
+mod emission;
 mod environment;
 mod light_tree;
 mod lights;

@@ -4,19 +4,29 @@
 // Out: radiance [nit]; densities per solid angle.
 
 // With which `sample_light` at `from_w` would have sampled this point of an emissive triangle.
-float light_pdf_solid_angle(World world, vec3 from_w, uint triangle, vec3 direction, float distance_w) {
+float light_pdf_solid_angle(World world, vec3 from_w, uint triangle, vec2 bary, vec3 direction, float distance_w) {
+#ifdef TEXTURES
+    uint key = part_key(bary);
+#else
+    uint key = 0u;
+#endif
+    // The last light that begins at this part or before.
     uint low = 0u, high = world.first_delta_light;
     while (low < high) {
         uint middle = (low + high) / 2u;
-        if (world.lights.at[world.lights_by_triangle.at[middle]].triangle < triangle) low = middle + 1u;
+        Light light = world.lights.at[world.lights_by_triangle.at[middle]];
+        if (light.triangle < triangle || (light.triangle == triangle && light.part <= key)) low = middle + 1u;
         else high = middle;
     }
-    if (low == world.first_delta_light) return 0.0;
-    uint light = world.lights_by_triangle.at[low];
-    if (world.lights.at[light].triangle != triangle) return 0.0;
+    if (low == 0u) return 0.0;
+    uint index = world.lights_by_triangle.at[low - 1u];
+    Light light = world.lights.at[index];
+    // Dark parts are no lights.
+    uint length = uint(square(light.part_edge) * float(1u << 2u * PART_LEVELS));
+    if (light.triangle != triangle || key - light.part >= length) return 0.0;
     Corners p = corners_of(world, triangle);
     float cosine = max(-dot(face_normal(p), direction), 1e-6);
-    return light_probability(world, light, from_w) * distance_w * distance_w / (triangle_area(p) * cosine);
+    return light_probability(world, index, from_w) * distance_w * distance_w / (part_area(light, p) * cosine);
 }
 
 // Likewise, of a direction to the environment.
@@ -50,7 +60,7 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
     vec3 irradiance;
     float pdf_light = 0.0;
     if (light.kind == LIGHT_TRIANGLE) {
-        vec2 bary = sample_triangle(u);
+        vec2 bary = sample_part(light, u);
         Corners p = corners_of(world, light.triangle);
         vec3 to = interpolate(p.p0, p.p1, p.p2, bary) - s.position_w;
         l.distance_w = length(to);
@@ -58,7 +68,7 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
         float cosine = -dot(face_normal(p), l.wi);
         if (!(cosine > 0.0)) return l;
         irradiance = emission_at(world, light.triangle, bary);
-        pdf_light = probability * l.distance_w * l.distance_w / (triangle_area(p) * cosine);
+        pdf_light = probability * l.distance_w * l.distance_w / (part_area(light, p) * cosine);
         // The light itself must not shade the light.
         l.distance_w *= 0.9999;
     } else if (HAS_ENVIRONMENT && light.kind == LIGHT_ENVIRONMENT) {

@@ -124,7 +124,7 @@ bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface 
     if (max_component(s.emission) > 0.0) {
         float weight = 1.0;
         if (path.pdf_solid_angle > 0.0)
-            weight = 1.0 / (1.0 + light_pdf_solid_angle(world, path.event_w, triangle, path.direction_w, hit.distance_w) / path.pdf_solid_angle);
+            weight = 1.0 / (1.0 + light_pdf_solid_angle(world, path.event_w, triangle, hit.bary, path.direction_w, hit.distance_w) / path.pdf_solid_angle);
         add_light(seen, path.layer, path.throughput * s.emission * weight);
     }
     return true;

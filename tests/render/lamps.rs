@@ -1,10 +1,11 @@
 //! Which lamp a ray asks.
 
-use crate::check::{Device, expected, layer, settings};
+use crate::check::{Device, check_by, expected, layer, settings};
 use crate::closed_forms::{ALBEDO, floor_scene, on_floor};
+use crate::shapes::{lamp, material, quad};
 use glam::{Vec3, vec3};
 use lightfall::render::Renderer;
-use lightfall::scene::Light;
+use lightfall::scene::{Image, Light, Material, Texture, TextureRef, Wrap};
 use lightfall::settings::Settings;
 use std::f32::consts::{PI, TAU};
 
@@ -53,6 +54,61 @@ fn a_dim_lamp_nearby_beside_bright_ones_far_away() {
     let worst = errors.map(|(f, t)| (f / t - 1.0).abs()).fold(0.0, f32::max);
     println!("the worst region is {:.2} % off", 100.0 * worst);
     assert!(worst < 0.06, "{worst}");
+}
+
+/// A lamp of which one texel in 4096 shines: of the area A of a texel, L = ρ Lₑ A h² / (π d⁴).
+#[test]
+fn a_tiny_spot_of_a_textured_lamp() {
+    let device = Device::open();
+    if !device.info().caps.descriptor_indexing {
+        println!("not tested: {} has no textures", device.info().name);
+        return;
+    }
+    let (size, height, half, emitted) = (64, 0.7, 0.4, vec3(3e4, 5e4, 7e4));
+    let (column, row) = (20, 10);
+    let mut scene = floor_scene(1.5, 0.6);
+    let texels = (0..size * size).flat_map(|i| [255 * u8::from(i == row * size + column); 4]);
+    scene.images.push(Image {
+        width: size,
+        height: size,
+        rgba: texels.collect(),
+    });
+    scene.textures.push(Texture {
+        image: 0,
+        wrap: [Wrap::Repeat; 2],
+        nearest: false,
+        srgb: true,
+    });
+    let screen = Material {
+        emission_texture: Some(TextureRef {
+            texture: 0,
+            uv_set: 0,
+            transform: [Vec3::X, Vec3::Y],
+        }),
+        ..lamp(emitted)
+    };
+    let screen = material(&mut scene, screen);
+    quad(
+        &mut scene,
+        Vec3::Y * height,
+        Vec3::X * half,
+        Vec3::Z * half,
+        screen,
+    );
+    let texel = 2.0 * half / size as f32;
+    let from_edge = |i: u32| (i as f32 + 0.5) * texel - half;
+    let spot = vec3(from_edge(column), height, from_edge(row));
+    check_by(
+        |row| matches!(row.name, "rtpm" | "path"),
+        &scene,
+        &settings(48, 100_000, 0.03),
+        16,
+        "",
+        |eye, d| {
+            let d2 = on_floor(eye, d).distance_squared(spot);
+            ALBEDO * emitted * (texel * height / d2).powi(2) / PI
+        },
+    );
 }
 
 /// Means of 8 × 8 pixels over all channels.
