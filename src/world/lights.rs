@@ -11,8 +11,8 @@ use crate::{Error, Result};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Emissive triangles, maybe in parts, in the order of the file, each with its place in `order`; then lights without area; then the
-/// environment.
+/// Emissive triangles, maybe in parts, in the order of the file, each with its place in `order`; then lights without
+/// area; then the environment. And the tree over all.
 pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode>)> {
     let mut lights = Vec::new();
     let mut emitters = Vec::new();
@@ -36,7 +36,7 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode
         for part in emission::parts(scene, triangle, &mut budget) {
             let area = whole_area * f64::from(part.edge).powi(2);
             let intensity = area * luminance(part.mean);
-            if !(intensity > 0.0) {
+            if intensity <= 0.0 {
                 continue;
             }
             fluxes.push(std::f64::consts::PI * intensity);
