@@ -2,8 +2,10 @@
 
 mod convert;
 mod edges;
+mod emission;
 mod environment;
 mod features;
+mod light_tree;
 mod lights;
 
 use crate::bvh::{SceneTree, morton_order};
@@ -49,6 +51,7 @@ struct Held {
     materials: Buffer<crate::shared::Material>,
     slots: Option<Buffer<TextureSlot>>,
     lights: Buffer<Light>,
+    light_tree: Buffer<LightNode>,
     lights_by_triangle: Buffer<u32>,
     environment: Option<environment::Buffers>,
     nodes: Option<Buffer<BvhNode>>,
@@ -89,7 +92,7 @@ impl World {
             .iter()
             .map(|&t| shading(scene, &materials, t, folded[t as usize]))
             .collect();
-        let lights = lights::lights(scene, &order)?;
+        let (lights, light_tree) = lights::lights(scene, &order)?;
         let by_triangle = lights::by_triangle(&lights);
         let in_slots = reached.textures_in(scene, |_| true);
         let textures = has(ANY_SLOT)
@@ -130,6 +133,7 @@ impl World {
                 })
                 .transpose()?,
             lights: gpu.upload("lights", &lights)?,
+            light_tree: gpu.upload("light tree", &light_tree)?,
             lights_by_triangle: gpu.upload("lights by triangle", &by_triangle)?,
             environment: has(FEATURE_ENVIRONMENT)
                 .then(|| environment::upload(gpu, &environment::of(scene)))
@@ -149,6 +153,7 @@ impl World {
             materials: held.materials.ptr(),
             texture_slots: ptr(&held.slots),
             lights: held.lights.ptr(),
+            light_tree: held.light_tree.ptr(),
             lights_by_triangle: held.lights_by_triangle.ptr(),
             nodes: ptr(&held.nodes),
             tlas: held

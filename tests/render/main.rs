@@ -11,6 +11,7 @@ mod environment;
 mod estimators;
 mod furnace;
 mod khronos;
+mod lamps;
 mod limits;
 mod optics;
 mod partition;
