@@ -187,6 +187,8 @@ shared_constants! {
     PHOTON_FANOUT_LOG2 = 2;
     /// Cells of a photon grid along an axis, less one: f32 still tells them apart.
     GRID_CELL_MAX = (1 << 22) - 1;
+    /// How often an emissive triangle is split into four at most.
+    PART_LEVELS = 8;
     /// Prefix sum: entries that one thread sums.
     SCAN_CHUNK = 512;
     /// Cells of the culling mask (Kern et al. 2023, section 4.5), one bit each.
@@ -243,9 +245,12 @@ shared_structs! {
     /// Something that emits photons, and its row of the alias table.
     struct Light {
         kind: u32,
-        /// The triangle of an emissive one.
+        /// The triangle of an emissive one, and which part of it: see `world::emission`.
         triangle: u32,
-        /// The probability of choosing this light.
+        part: u32,
+        part_corner: [f32; 2],
+        part_edge: f32,
+        /// The probability that a light path begins here.
         probability: f32,
         /// Alias method (Vose 1991): keep this row below `alias_threshold`, else take row `alias`.
         alias_threshold: f32,
@@ -257,6 +262,22 @@ shared_structs! {
         intensity: [f32; 3],
         cos_inner: f32,
         cos_outer: f32,
+        /// The way to it from the light tree's root: a bit for each level, the lowest first, 1 for the right child.
+        trail: u32,
+    }
+
+    /// A group of lights, or one (see `light_tree.glsl`).
+    struct LightNode {
+        center_w: [f32; 3],
+        /// Of the sphere that holds them, squared (m²).
+        radius2: f32,
+        /// cd.
+        intensity: f32,
+        /// Of those infinitely far away (lx).
+        irradiance: f32,
+        /// The left child, beside the right one; NONE for a light.
+        child: u32,
+        light: u32,
     }
 
     /// A place of a mesh that is stored once: world = linear part · mesh + origin.
@@ -317,7 +338,8 @@ shared_structs! {
         texture_slots: Ptr<TextureSlot>,
         /// Emissive triangles, then lights without area.
         lights: Ptr<Light>,
-        /// The emissive ones' numbers, in the order of their triangles.
+        light_tree: Ptr<LightNode>,
+        /// The emissive ones' numbers, in the order of their triangles and parts.
         lights_by_triangle: Ptr<u32>,
         nodes: Ptr<BvhNode>,
         /// With instances alone. The first is that of all that is shown once, if there is such.

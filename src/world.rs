@@ -2,9 +2,11 @@
 
 mod convert;
 mod edges;
+mod emission;
 mod environment;
 mod features;
 mod geometry;
+mod light_tree;
 mod lights;
 
 use crate::gpu::{Blas, Buffer, Gpu, Pass, Ptr, RayShaders, TextureArray, Tlas};
@@ -48,6 +50,7 @@ struct Held {
     materials: Buffer<crate::shared::Material>,
     slots: Option<Buffer<TextureSlot>>,
     lights: Buffer<Light>,
+    light_tree: Buffer<LightNode>,
     lights_by_triangle: Buffer<u32>,
     environment: Option<environment::Buffers>,
     nodes: Option<Buffer<BvhNode>>,
@@ -65,7 +68,7 @@ impl World {
         let reached = Reached::new(scene);
         let materials: Vec<u32> = reached.materials.iter().map(|m| m.0).collect();
         let geometry = Geometry::new(scene, trace, &materials, has(FEATURE_INSTANCES));
-        let lights = lights::lights(scene, &geometry.once)?;
+        let (lights, light_tree) = lights::lights(scene, &geometry.once)?;
         let by_triangle = lights::by_triangle(&lights);
         let in_slots = reached.textures_in(scene, |_| true);
         let textures = has(ANY_SLOT)
@@ -102,6 +105,7 @@ impl World {
                 })
                 .transpose()?,
             lights: gpu.upload("lights", &lights)?,
+            light_tree: gpu.upload("light tree", &light_tree)?,
             lights_by_triangle: gpu.upload("lights by triangle", &by_triangle)?,
             environment: has(FEATURE_ENVIRONMENT)
                 .then(|| environment::upload(gpu, &environment::of(scene)))
@@ -126,6 +130,7 @@ impl World {
             materials: held.materials.ptr(),
             texture_slots: ptr(&held.slots),
             lights: held.lights.ptr(),
+            light_tree: held.light_tree.ptr(),
             lights_by_triangle: held.lights_by_triangle.ptr(),
             nodes: ptr(&held.nodes),
             placements: ptr(&held.placements),

@@ -1,28 +1,38 @@
 // Light that comes straight from a light: next-event estimation, combined with paths that hit the light by the balance heuristic (Veach 1997, section 9.2.2), lobe by lobe. Without it a
 // diffuse wall or a rough mirror finds a small lamp rarely and brightly, and a lamp without area never.
-// Needs bsdf.glsl, trace.glsl, light.glsl.
+// Needs bsdf.glsl, trace.glsl, light.glsl, light_tree.glsl.
 // Out: radiance [nit]; densities per solid angle.
 
-// With which `sample_light` would have sampled this point of an emissive triangle.
-float light_pdf_solid_angle(World world, uint triangle, vec3 direction, float distance_w) {
+// With which `sample_light` at `from_w` would have sampled this point of an emissive triangle.
+float light_pdf_solid_angle(World world, vec3 from_w, uint triangle, vec2 bary, vec3 direction, float distance_w) {
+#ifdef TEXTURES
+    uint key = part_key(bary);
+#else
+    uint key = 0u;
+#endif
+    // The last light that begins at this part or before.
     uint low = 0u, high = world.first_delta_light;
     while (low < high) {
         uint middle = (low + high) / 2u;
-        if (world.lights.at[world.lights_by_triangle.at[middle]].triangle < triangle) low = middle + 1u;
+        Light light = world.lights.at[world.lights_by_triangle.at[middle]];
+        if (light.triangle < triangle || (light.triangle == triangle && light.part <= key)) low = middle + 1u;
         else high = middle;
     }
-    if (low == world.first_delta_light) return 0.0;
-    Light light = world.lights.at[world.lights_by_triangle.at[low]];
-    if (light.triangle != triangle) return 0.0;
+    if (low == 0u) return 0.0;
+    uint index = world.lights_by_triangle.at[low - 1u];
+    Light light = world.lights.at[index];
+    // Dark parts are no lights.
+    uint length = uint(square(light.part_edge) * float(1u << 2u * PART_LEVELS));
+    if (light.triangle != triangle || key - light.part >= length) return 0.0;
     Corners p = corners_of(world, triangle);
     float cosine = max(-dot(face_normal(p), direction), 1e-6);
-    return light.probability * distance_w * distance_w / (triangle_area(p) * cosine);
+    return light_probability(world, index, from_w) * distance_w * distance_w / (part_area(light, p) * cosine);
 }
 
 // Likewise, of a direction to the environment.
-EnvironmentLight environment_seen(World world, vec3 direction_w) {
+EnvironmentLight environment_seen(World world, vec3 from_w, vec3 direction_w) {
     EnvironmentLight l = environment_towards(world.environment, direction_w);
-    l.pdf_solid_angle *= world.lights.at[world.light_count - 1u].probability;
+    l.pdf_solid_angle *= light_probability(world, world.light_count - 1u, from_w);
     return l;
 }
 
@@ -40,16 +50,17 @@ struct LightSample {
     Direct light;
 };
 
-// Chooses a light in proportion to flux. `medium`: what the path is in, on the side of wo.
+// A point of one light. `medium`: what the path is in, on the side of wo.
 // `diffuse`: whether to ask for that lobe.
 LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec2 choice, vec2 u) {
     LightSample l;
     l.light = Direct(vec3(0.0), vec3(0.0));
-    Light light = world.lights.at[choose_light(world, choice)];
+    float probability;
+    Light light = world.lights.at[choose_light_near(world, s.position_w, choice, probability)];
     vec3 irradiance = vec3(0.0);
     float pdf_light = 0.0;
     if (HAS_AREA_LIGHTS && light.kind == LIGHT_TRIANGLE) {
-        vec2 bary = sample_triangle(u);
+        vec2 bary = sample_part(light, u);
         Corners p = corners_of(world, light.triangle);
         vec3 to = interpolate(p.p0, p.p1, p.p2, bary) - s.position_w;
         l.distance_w = length(to);
@@ -57,17 +68,17 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
         float cosine = -dot(face_normal(p), l.wi);
         if (!(cosine > 0.0)) return l;
         irradiance = emission_at(world, light.triangle, bary);
-        pdf_light = light.probability * l.distance_w * l.distance_w / (triangle_area(p) * cosine);
+        pdf_light = probability * l.distance_w * l.distance_w / (part_area(light, p) * cosine);
         // The light itself must not shade the light.
         l.distance_w *= 0.9999;
     } else if (HAS_ENVIRONMENT && light.kind == LIGHT_ENVIRONMENT) {
         EnvironmentLight e = sample_environment(world.environment, u, l.wi);
         l.distance_w = 3.0e38;
         irradiance = e.radiance;
-        pdf_light = light.probability * e.pdf_solid_angle;
+        pdf_light = probability * e.pdf_solid_angle;
         if (!(pdf_light > 0.0)) return l;
     } else if (HAS_DELTA_LIGHTS) {
-        irradiance = delta_irradiance(light, s.position_w, l.wi, l.distance_w) / light.probability;
+        irradiance = delta_irradiance(light, s.position_w, l.wi, l.distance_w) / probability;
     }
     if (HAS_ABSORPTION) {
         uint lobe = dot(s.normal_g, l.wi) < 0.0 ? LOBE_TRANSMISSION : LOBE_REFLECTION;
@@ -101,7 +112,7 @@ Direct direct_light(World world, Surface s, vec3 medium, bool diffuse, bool skip
     LightSample chosen;
     float total = 0.0, chosen_weight = 0.0;
     for (uint i = 0u; i < count; i++) {
-        // Rows of the alias table far from each other, points far from each other (Roberts's R2 sequence).
+        // Branches of the tree far from each other, points far from each other (Roberts's R2 sequence).
         uvec2 shift = uvec2(0xffffffffu / count, 0x9e3779b9u) * i;
         vec2 at = fract(u.xy + float(i) * vec2(0.7548776662, 0.5698402910));
         LightSample l = sample_light(world, s, medium, diffuse, choice + shift, at);

@@ -39,6 +39,8 @@ struct EyePath {
     Rng rng;
     vec3 origin_w;
     vec3 direction_w;
+    // Where it last left a surface; the origin lies beside it.
+    vec3 event_w;
     vec3 throughput;
     // What refraction has scaled radiance by, so far, inverted: η² of where the path is.
     float refraction;
@@ -73,6 +75,7 @@ EyePath begin_eye_path(Frame frame, uvec2 pixel, uint index) {
     path.rng = Rng(frame.seed, frame.iteration, index, STREAM_VIEW);
     path.edges = 0u;
     camera_ray(frame, pixel, next_pair(path, 0u), path.origin_w, path.direction_w);
+    path.event_w = path.origin_w;
     path.throughput = vec3(1.0);
     path.refraction = 1.0;
     path.medium = vec3(0.0);
@@ -93,7 +96,7 @@ FramePixel nothing_seen() {
 
 // What shines where no surface is.
 void add_environment(World world, EyePath path, inout FramePixel seen) {
-    EnvironmentLight l = environment_seen(world, path.direction_w);
+    EnvironmentLight l = environment_seen(world, path.event_w, path.direction_w);
     float weight = path.pdf_solid_angle > 0.0 ? 1.0 / (1.0 + l.pdf_solid_angle / path.pdf_solid_angle) : 1.0;
     // What absorbs where nothing ends it absorbs all, as on the way to lamps without area.
     if (HAS_ABSORPTION) l.radiance *= transmittance(path.medium, 3.0e38);
@@ -119,7 +122,7 @@ bool arrive(World world, inout EyePath path, inout FramePixel seen, out Surface 
     if (max_component(s.emission) > 0.0) {
         float weight = 1.0;
         if (path.pdf_solid_angle > 0.0)
-            weight = 1.0 / (1.0 + light_pdf_solid_angle(world, hit.triangle, path.direction_w, hit.distance_w) / path.pdf_solid_angle);
+            weight = 1.0 / (1.0 + light_pdf_solid_angle(world, path.event_w, hit.triangle, hit.bary, path.direction_w, hit.distance_w) / path.pdf_solid_angle);
         add_light(seen, path.layer, path.throughput * s.emission * weight);
     }
     return true;
@@ -159,6 +162,7 @@ bool depart(Surface s, BsdfSample event, inout EyePath path) {
     else if (HAS_ROUGH) eval_specular(s, event.wi, path.pdf_solid_angle);
     path.layer = layer_after(path.layer, diffuse);
     path.medium = next_medium(s, path.medium, event.lobe);
+    path.event_w = s.position_w;
     path.origin_w = leave(s, event.wi);
     path.direction_w = event.wi;
     return true;

@@ -50,18 +50,37 @@ vec3 emission_at(World world, uint triangle, vec2 bary) {
     return whole ? emission : emission * coverage_at(world, triangle, bary);
 }
 
+// A point of the part of an emissive triangle that is a light, uniform in area.
+vec2 sample_part(Light light, vec2 u) { return light.part_corner + light.part_edge * sample_triangle(u); }
+
+float part_area(Light light, Corners p) { return triangle_area(p) * square(light.part_edge); }
+
+// The way to a point of a triangle through splits into four: at the corners 0, 1, 2, and upside down in the middle 3.
+uint part_key(vec2 bary) {
+    uint key = 0u;
+    for (uint i = 0u; i < PART_LEVELS; i++) {
+        bary *= 2.0;
+        uint digit = bary.x + bary.y <= 1.0 ? 0u : bary.x >= 1.0 ? 1u : bary.y >= 1.0 ? 2u : 3u;
+        if (digit == 1u) bary.x -= 1.0;
+        if (digit == 2u) bary.y -= 1.0;
+        if (digit == 3u) bary = 1.0 - bary;
+        key = key << 2u | digit;
+    }
+    return key;
+}
+
 // u: where on the light; v: direction.
 Emission emit_photon(World world, uint index, uint paths, vec2 u, vec2 v) {
     Light light = world.lights.at[index];
     Emission e;
     float share = 1.0 / (light.probability * float(paths));
     if (HAS_AREA_LIGHTS && light.kind == LIGHT_TRIANGLE) {
-        vec2 bary = sample_triangle(u);
+        vec2 bary = sample_part(light, u);
         Corners p = corners_of(world, light.triangle);
         vec3 n = face_normal(p);
         e.direction_w = frame_of(n) * sample_cosine(v);
         e.origin_w = interpolate(p.p0, p.p1, p.p2, bary) + n * origin_offset(p);
-        e.flux = emission_at(world, light.triangle, bary) * (PI * triangle_area(p) * share);
+        e.flux = emission_at(world, light.triangle, bary) * (PI * part_area(light, p) * share);
     } else if (light.kind == LIGHT_POINT) {
         e.origin_w = light.position_w;
         e.direction_w = sample_cone(v, -1.0);

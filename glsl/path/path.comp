@@ -13,6 +13,7 @@
 #include "lib/trace.glsl"
 #include "lib/environment.glsl"
 #include "lib/light.glsl"
+#include "lib/light_tree.glsl"
 #include "lib/direct.glsl"
 #include "lib/camera.glsl"
 #include "lib/eye.glsl"

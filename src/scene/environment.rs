@@ -22,7 +22,7 @@ pub struct Environment {
 /// Where an environment comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Source {
-    /// The same radiance [nit] everywhere.
+    /// The same radiance \[nit\] everywhere.
     Uniform([f32; 3]),
     /// An .exr or .hdr file.
     Map(PathBuf),

@@ -1,19 +1,23 @@
-//! Everything that emits, with the table that chooses among it in proportion to luminous flux.
+//! Everything that emits, with the table that chooses among it in proportion to luminous flux, for light paths, and the
+//! tree that does so by place, for rays to the lights.
 
-use super::environment;
-use crate::scene::{self, Scene, Wrap};
+use super::light_tree::{self, Emitter};
+use super::{emission, environment};
+use crate::scene::{self, Scene};
 use crate::shared::{
-    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light,
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, LightNode,
 };
 use crate::{Error, Result};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Emissive triangles in the order of the file, each with its place in `order`; then lights without area; then the
-/// environment.
-pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
+/// Emissive triangles, maybe in parts, in the order of the file, each with its place in `order`; then lights without
+/// area; then the environment. And the tree over all.
+pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode>)> {
     let mut lights = Vec::new();
+    let mut emitters = Vec::new();
     let mut fluxes = Vec::new();
+    let mut budget = emission::Budget::new(scene);
     // In the order of the file: the order of each traversal would give each other photons.
     let mut places = vec![0; order.len()];
     for (place, &index) in order.iter().enumerate() {
@@ -24,33 +28,69 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
         if material.emission.max_element() <= 0.0 {
             continue;
         }
-        let [a, b, c] = triangle
+        let corners = triangle
             .vertices
-            .map(|v| scene.vertices[v as usize].position_w.as_dvec3());
-        let area = 0.5 * (b - a).cross(c - a).length();
-        let mean = mean_emission(scene, triangle);
-        if mean.max_element() > 0.0 && area > 0.0 {
-            fluxes.push(std::f64::consts::PI * area * luminance(mean));
+            .map(|v| scene.vertices[v as usize].position_w);
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+        let whole_area = 0.5 * (b - a).cross(c - a).length();
+        for part in emission::parts(scene, triangle, &mut budget) {
+            let area = whole_area * f64::from(part.edge).powi(2);
+            let intensity = area * luminance(part.mean);
+            if intensity <= 0.0 {
+                continue;
+            }
+            fluxes.push(std::f64::consts::PI * intensity);
+            let [p, q, r] = corners;
+            let corners = [Vec2::ZERO, Vec2::X, Vec2::Y].map(|corner| {
+                let bary = part.corner + part.edge * corner;
+                p + bary.x * (q - p) + bary.y * (r - p)
+            });
+            emitters.push(Emitter {
+                min_w: corners.into_iter().fold(Vec3::INFINITY, Vec3::min),
+                max_w: corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max),
+                intensity,
+                irradiance: 0.0,
+            });
             lights.push(Light {
                 kind: LIGHT_TRIANGLE,
                 triangle: place,
+                part: part.key,
+                part_corner: part.corner.into(),
+                part_edge: part.edge,
                 ..Default::default()
             });
         }
     }
     let (min, max) = scene.bounds();
-    let radius = 0.5 * (max - min).length();
+    let (center, radius) = (0.5 * (min + max), 0.5 * (max - min).length());
     for light in &scene.lights {
         let (light, flux) = delta_light(light, radius);
         if flux.max_element() > 0.0 {
             fluxes.push(luminance(flux));
+            let brightness = luminance(light.intensity.into());
+            emitters.push(match light.kind {
+                LIGHT_DIRECTIONAL => Emitter {
+                    irradiance: brightness,
+                    ..at(center)
+                },
+                _ => Emitter {
+                    intensity: brightness,
+                    ..at(light.position_w.into())
+                },
+            });
             lights.push(light);
         }
     }
     if environment::shines(scene) {
         // Through the disc about the scene that each direction sees.
-        let flux = environment::irradiation(&environment::of(scene)) * PI * radius * radius;
-        fluxes.push(luminance(flux).max(f64::MIN_POSITIVE));
+        let irradiation = luminance(environment::irradiation(&environment::of(scene)));
+        let disc = PI * radius * radius;
+        fluxes.push((irradiation * f64::from(disc)).max(f64::MIN_POSITIVE));
+        emitters.push(Emitter {
+            // What an even one brings to a surface.
+            irradiance: 0.25 * irradiation,
+            ..at(center)
+        });
         lights.push(Light {
             kind: LIGHT_ENVIRONMENT,
             ..Default::default()
@@ -59,6 +99,7 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     if lights.is_empty() && scene.materials.iter().any(|m| m.unlit) {
         // Nothing needs light; a dark one spares all passes the case of none.
         fluxes.push(1.0);
+        emitters.push(at(center));
         lights.push(Light {
             kind: LIGHT_POINT,
             ..Default::default()
@@ -75,14 +116,25 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<Vec<Light>> {
     let floor = 1e-3 * fluxes.iter().sum::<f64>() / fluxes.len() as f64;
     fluxes.iter_mut().for_each(|flux| *flux = flux.max(floor));
     alias_table(&mut lights, &fluxes);
-    Ok(lights)
+    let tree = light_tree::build(&emitters, &mut lights);
+    Ok((lights, tree))
 }
 
-/// The numbers of the emissive triangles among `lights`, in the order of their places.
+/// Dark and without extent.
+fn at(position_w: Vec3) -> Emitter {
+    Emitter {
+        min_w: position_w,
+        max_w: position_w,
+        intensity: 0.0,
+        irradiance: 0.0,
+    }
+}
+
+/// The numbers of the emissive triangles among `lights`, in the order of their places and parts.
 pub fn by_triangle(lights: &[Light]) -> Vec<u32> {
     let mut numbers: Vec<u32> = (0..lights.len() as u32).collect();
     numbers.retain(|&i| lights[i as usize].kind == LIGHT_TRIANGLE);
-    numbers.sort_unstable_by_key(|&i| lights[i as usize].triangle);
+    numbers.sort_unstable_by_key(|&i| (lights[i as usize].triangle, i));
     numbers
 }
 
@@ -144,65 +196,6 @@ fn delta_light(light: &scene::Light, scene_radius: f32) -> (Light, Vec3) {
             PI * scene_radius * scene_radius * illuminance,
         ),
     }
-}
-
-/// Radiance [nit] averaged over a triangle; with a texture, by points spread over it. The estimate
-/// only steers how many photons the triangle emits, so it is kept above zero where any texel shines.
-fn mean_emission(scene: &Scene, triangle: &scene::Triangle) -> Vec3 {
-    let material = &scene.materials[triangle.material as usize];
-    let Some(reference) = material.emission_texture else {
-        return material.emission;
-    };
-    let texture = &scene.textures[reference.texture as usize];
-    let image = &scene.images[texture.image as usize];
-    let uv = triangle.vertices.map(|v| {
-        let uv = scene.vertices[v as usize].uv[reference.uv_set as usize];
-        Vec2::new(
-            reference.transform[0].dot(uv.extend(1.0)),
-            reference.transform[1].dot(uv.extend(1.0)),
-        )
-    });
-    const STRATA: u32 = 16;
-    let mut sum = Vec3::ZERO;
-    for i in 0..STRATA * STRATA {
-        let (x, y) = ((i % STRATA) as f32 + 0.5, (i / STRATA) as f32 + 0.5);
-        let (r, s) = ((x / STRATA as f32).sqrt(), y / STRATA as f32);
-        let p = uv[0] * (1.0 - r) + uv[1] * (r * (1.0 - s)) + uv[2] * (r * s);
-        sum += texel(image, texture.wrap, p, texture.srgb);
-    }
-    let brightest = if image.rgba.chunks_exact(4).any(|t| t[..3] != [0; 3]) {
-        0.01
-    } else {
-        0.0
-    };
-    material.emission * (sum / (STRATA * STRATA) as f32).max(Vec3::splat(brightest))
-}
-
-fn texel(image: &scene::Image, wrap: [Wrap; 2], uv: Vec2, srgb: bool) -> Vec3 {
-    let place = |wrap: Wrap, x: f32, size: u32| {
-        let x = match wrap {
-            Wrap::Repeat => x - x.floor(),
-            Wrap::Mirror => 1.0 - ((x * 0.5 - (x * 0.5).floor()) * 2.0 - 1.0).abs(),
-            Wrap::Clamp => x.clamp(0.0, 1.0),
-        };
-        ((x * size as f32) as u32).min(size.saturating_sub(1))
-    };
-    let (x, y) = (
-        place(wrap[0], uv.x, image.width),
-        place(wrap[1], uv.y, image.height),
-    );
-    let at = (y as usize * image.width as usize + x as usize) * 4;
-    let Some(t) = image.rgba.get(at..at + 3) else {
-        return Vec3::ZERO;
-    };
-    Vec3::from_array([t[0], t[1], t[2]].map(|v| {
-        let v = f32::from(v) / 255.0;
-        match (srgb, v <= 0.04045) {
-            (false, _) => v,
-            (true, true) => v / 12.92,
-            (true, false) => ((v + 0.055) / 1.055).powf(2.4),
-        }
-    }))
 }
 
 /// Alias method (Vose 1991): O(1) choice in proportion to `weights`.

@@ -12,6 +12,7 @@ mod estimators;
 mod furnace;
 mod instances;
 mod khronos;
+mod lamps;
 mod limits;
 mod optics;
 mod partition;
