@@ -63,7 +63,7 @@ fn photons() -> Settings {
 fn direct_light_by_rays_or_by_photons() {
     let device = Device::open();
     let scene = showroom(&device);
-    for trace in device.traversals() {
+    for trace in device.two_traversals() {
         let by = |direct, seed| {
             let settings = Settings {
                 trace,
@@ -112,7 +112,7 @@ fn direct_light_by_rays_or_by_photons() {
 fn photons_and_paths_agree_in_every_layer() {
     let device = Device::open();
     let scene = lamp_room(&device);
-    for trace in device.traversals() {
+    for trace in device.two_traversals() {
         let rays = Settings {
             trace,
             direct: Direct::Rays,
