@@ -12,7 +12,7 @@ pub struct TriangleGeometry {
     pub positions: Ptr<[f32; 3]>,
     pub first_triangle: usize,
     pub triangles: usize,
-    /// Hits are final: ray queries do not stop at candidates.
+    /// Hits are final: ray queries do not stop at candidates, pipelines call no any-hit shader.
     pub opaque: bool,
 }
 

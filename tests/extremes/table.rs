@@ -9,9 +9,10 @@ use lightfall::settings::{Settings, Trace};
 use std::time::Instant;
 
 /// Techniques and traversals that every kind of photon search appears in.
-const WAYS: [(&str, Trace); 3] = [
+const WAYS: [(&str, Trace); 4] = [
     ("hash-grid", Trace::Software),
     ("rtpm", Trace::Software),
+    ("rtpm", Trace::Pipeline),
     ("rtpm", Trace::Query),
 ];
 

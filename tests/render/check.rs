@@ -40,6 +40,12 @@ impl Device {
         }
         traversals
     }
+
+    /// Two for what takes many iterations: ours, and one through the driver's structures.
+    /// [`assert_traversals_agree`] holds the third to them.
+    pub fn two_traversals(&self) -> Vec<Trace> {
+        self.traversals().into_iter().take(2).collect()
+    }
 }
 
 impl Deref for Device {
@@ -60,7 +66,7 @@ impl Drop for Device {
 /// All techniques; those that differ from `rtpm` in the search for photons only, which is no matter of
 /// rays, on one traversal.
 pub fn techniques(device: &Device) -> Vec<(&'static Row, Trace)> {
-    let traversals = device.traversals();
+    let traversals = device.two_traversals();
     let of = |row: &Row| match row.name {
         "rtpm" | "sppm" | "path" => traversals.clone(),
         _ => vec![Trace::Software],
@@ -179,6 +185,55 @@ pub fn expected(scene: &Scene, edge: u32, radiance: impl Fn(Vec3, Vec3) -> Vec3)
     image
 }
 
+/// By one iteration of the same seed: no pixel of any layer differs, and there is something in the layers of `full`.
+pub fn assert_traversals_agree(
+    device: &Device,
+    scene: &Scene,
+    settings: &Settings,
+    what: &str,
+    full: &[&str],
+) {
+    let image = |trace| {
+        let settings = Settings {
+            trace,
+            ..settings.clone()
+        };
+        let mut renderer = Renderer::new(device, scene, &settings).unwrap();
+        renderer.iterate().unwrap();
+        renderer.picture().unwrap()
+    };
+    let traversals = device.traversals();
+    let software = image(Trace::Software);
+    for trace in traversals.iter().filter(|t| **t != Trace::Software) {
+        let other = image(*trace);
+        for name in [
+            "", "emission", "direct", "caustic", "global", "albedo", "normal", "depth",
+        ] {
+            let [a, b] = [&software, &other].map(|picture| layer(picture, name));
+            assert!(
+                !full.contains(&name) || a.iter().any(|x| *x != 0.0),
+                "{what}: nothing in layer '{name}'"
+            );
+            let pixels = (software.width * software.height) as usize;
+            let channels = a.len() / pixels;
+            let differs = |(a, b): &(&[f32], &[f32])| {
+                a.iter()
+                    .zip(*b)
+                    .any(|(a, b)| (a - b).abs() > 1e-4 * a.abs())
+            };
+            let count = a
+                .chunks(channels)
+                .zip(b.chunks(channels))
+                .filter(differs)
+                .count();
+            assert!(
+                count == 0,
+                "{what}, {trace:?}, layer '{name}': {count} of {pixels} pixels differ"
+            );
+        }
+    }
+}
+
 /// Iterations of `path` for one that gathers photons, of which each finds many.
 const PATHS_FOR_PHOTONS: u32 = 4;
 
@@ -227,6 +282,13 @@ pub fn check_by(
     let truth = block_means(&expected(scene, edge, radiance));
     let wanted = |(row, _): &(&'static Row, Trace)| wanted(row);
     for (row, trace) in techniques(&device).into_iter().filter(wanted) {
+        if trace != Trace::Software {
+            let settings = Settings {
+                technique: row.name.into(),
+                ..settings.clone()
+            };
+            assert_traversals_agree(&device, scene, &settings, row.name, &[]);
+        }
         let settings = Settings {
             trace,
             technique: row.name.into(),

@@ -38,7 +38,7 @@ pub fn assert_same_expectation(what: &str, a: &[Estimate], b: &[Estimate]) {
 fn cheaper_estimators_leave_the_expected_image() {
     let device = Device::open();
     let scene = showroom(&device);
-    for trace in device.traversals() {
+    for trace in device.two_traversals() {
         let plain = Settings {
             trace,
             cull: Switch::Off,

@@ -104,7 +104,7 @@ fn light_straight_from_the_sky_by_rays_or_by_photons() {
 }
 
 fn rays_and_photons_agree(device: &Device, scene: &Scene) {
-    for trace in device.traversals() {
+    for trace in device.two_traversals() {
         let by = |direct, seed| {
             let settings = Settings {
                 trace,
@@ -164,7 +164,7 @@ fn photons_and_paths_agree_in_every_layer_of_the_sky() {
 }
 
 fn photons_and_paths_agree(device: &Device, scene: &Scene, iterations: [u32; 2], noise: [f64; 4]) {
-    for trace in device.traversals() {
+    for trace in device.two_traversals() {
         let rays = Settings {
             trace,
             direct: Direct::Rays,
