@@ -75,8 +75,8 @@ pub(super) fn places(asset: &Asset, node: &Node) -> Checked<Vec<DAffine3>> {
 /// is no matter, and rays find their way through one tree faster than through two (benches/README.md).
 const SPARED_TRIANGLES: usize = 1 << 18;
 const TRIANGLES_A_PLACE: usize = 16;
-/// What a place may stretch a mesh in one direction over another, and over its first place: positions in the space of
-/// the mesh are to be as exact as those in the world.
+/// How much more a place may stretch a mesh in one direction than in another, so that positions in the mesh's space are as
+/// exact as those in the world; and how much larger or smaller a place may be than the first.
 const MAX_STRETCH: f64 = 10.0;
 const MAX_SIZE: f64 = 100.0;
 
