@@ -58,27 +58,32 @@ void find_near(PhotonMaps maps, uint map, vec3 position_w, float radius) {
                 // About the end of its part a row goes on at the beginning.
                 if (at + cells > grid.row_slots) wrapped = uvec2(grid.starts.at[place.x], grid.starts.at[place.x + at + cells - grid.row_slots]);
             }
-            for (uvec4 found = subgroupBallot(run.x < run.y); found != uvec4(0u);) {
-                uint j = subgroupBallotFindLSB(found);
-                found[j / 32u] &= found[j / 32u] - 1u;
-                uint row_end = subgroupBroadcast(run.y, j);
-                for (uint i = subgroupBroadcast(run.x, j); i < row_end; i += LANES) {
-                    uint index = i + lane;
-                    bool useful = false;
-                    vec3 photon_w = vec3(0.0);
-                    if (index < row_end) {
-                        photon_w = photon_position(maps, index);
-                        vec3 d = max(max(low_w - photon_w, photon_w - high_w), vec3(0.0));
-                        useful = dot(d, d) <= reach * reach;
+            for (;;) {
+                for (uvec4 found = subgroupBallot(run.x < run.y); found != uvec4(0u);) {
+                    uint j = subgroupBallotFindLSB(found);
+                    found[j / 32u] &= found[j / 32u] - 1u;
+                    uint row_end = subgroupBroadcast(run.y, j);
+                    for (uint i = subgroupBroadcast(run.x, j); i < row_end; i += LANES) {
+                        uint index = i + lane;
+                        bool useful = false;
+                        vec3 photon_w = vec3(0.0);
+                        if (index < row_end) {
+                            photon_w = photon_position(maps, index);
+                            vec3 d = max(max(low_w - photon_w, photon_w - high_w), vec3(0.0));
+                            useful = dot(d, d) <= reach * reach;
+                        }
+                        uvec4 shown = subgroupBallot(useful);
+                        if (shown == uvec4(0u)) continue;
+                        PhotonPower power;
+                        if (useful) power = maps.power.at[index];
+                        NearPhoton read = unpack_photon(power, photon_w);
+                        [[unroll]] for (uint k = 0u; k < LANES; k++)
+                            show(k, i + k, (shown[k / 32u] >> k % 32u & 1u) != 0u, read, position_w, radius2);
                     }
-                    uvec4 shown = subgroupBallot(useful);
-                    if (shown == uvec4(0u)) continue;
-                    PhotonPower power;
-                    if (useful) power = maps.power.at[index];
-                    NearPhoton read = unpack_photon(power, photon_w);
-                    [[unroll]] for (uint k = 0u; k < LANES; k++)
-                        show(k, i + k, (shown[k / 32u] >> k % 32u & 1u) != 0u, read, position_w, radius2);
                 }
+                if (!any_lane(wrapped.x < wrapped.y)) break;
+                run = wrapped;
+                wrapped = uvec2(0u);
             }
         }
     }

@@ -75,7 +75,7 @@ impl Table {
 
     /// `settings` by every technique and traversal of the device.
     pub fn ways(&self, settings: &Settings) -> Vec<Settings> {
-        let there = self.device.traversals();
+        let there = self.device.two_traversals();
         let ways = WAYS.iter().filter(|(_, trace)| there.contains(trace));
         ways.map(|&(technique, trace)| Settings {
             trace,
