@@ -694,3 +694,12 @@ shared_structs! {
         shadow: u32,
     }
 }
+
+/// Shaders that rays call know nothing of a pass's arguments but that they begin with the world.
+const _: () = {
+    use std::mem::offset_of;
+    assert!(offset_of!(ViewPush, world) == 0);
+    assert!(offset_of!(PathPush, world) == 0);
+    assert!(offset_of!(EmitPush, world) == 0);
+    assert!(offset_of!(BenchRaysPush, world) == 0);
+};

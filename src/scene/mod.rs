@@ -47,7 +47,7 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// The extensions that the file uses, and what becomes of them, in its own order.
     pub extensions: Vec<(String, String)>,
-    /// Where all positions here are measured from, in the file's world [m]: zero, or the middle of a scene that
+    /// Where all positions here are measured from, in the file's world (m): zero, or the middle of a scene that
     /// lies so far out that f32 would lose its detail.
     pub origin: DVec3,
     /// What the file asks for and lightfall does not do, each with its JSON path, each once.

@@ -174,7 +174,7 @@ fn texture_transform_test() {
     }
     // The arrow ends at the mark that says so.
     let dark = |at: Vec2, half: f32| {
-        let window = view.window("albedo", at, Vec2::splat(half + 0.06));
+        let window = view.window("albedo", at, Vec2::splat(half + 0.1));
         window.iter().filter(|t| t.max_element() < 0.1).count()
     };
     for (what, at, half) in [
