@@ -6,6 +6,7 @@ use glam::{Vec3, vec3};
 use lightfall::gpu::Gpu;
 use lightfall::scene::{Alpha, Image, Light, Material, Scene, Texture, TextureRef, Wrap};
 use lightfall::settings::{Direct, Settings};
+use std::path::Path;
 
 /// A room with a lamp, a glass ball, a mirror ball, rough metal, plastic, a blended sheet, an unlit one, a
 /// checkered board with holes, and a spot light. Without the board where the device has no textures.
@@ -127,7 +128,7 @@ fn board(scene: &mut Scene) -> u32 {
     )
 }
 
-/// One iteration of the same seed, on the showroom in every way and on every scene of `scenes/`.
+/// One iteration of the same seed, on the showroom in every way and on two files.
 #[test]
 fn traversals_agree() {
     let device = Device::open();
@@ -153,12 +154,8 @@ fn traversals_agree() {
     ] {
         assert_traversals_agree(&device, &scene, settings, what, full);
     }
-    for file in std::fs::read_dir("scenes").unwrap() {
-        let path = file.unwrap().path();
-        if path.extension().is_some_and(|e| e == "glb") {
-            let scene = lightfall::scene::load(&path).unwrap();
-            let name = path.display().to_string();
-            assert_traversals_agree(&device, &scene, &plain, &name, &[]);
-        }
+    for name in ["scenes/cornell.glb", "scenes/water-basin.glb"] {
+        let scene = lightfall::scene::load(Path::new(name)).unwrap();
+        assert_traversals_agree(&device, &scene, &plain, name, &[]);
     }
 }
