@@ -2,8 +2,9 @@
 
 use crate::gpu::{Buffer, Commands, Gpu, Pass};
 use crate::image::Layer;
+use crate::render::Traced;
 use crate::shaders::spirv;
-use crate::shared::{FilmPixel, FilmPush, Frame};
+use crate::shared::{FilmPixel, FilmPush};
 use crate::view::View;
 use crate::{Error, Result};
 use std::path::Path;
@@ -116,14 +117,14 @@ impl Film {
         commands.submit().map(drop)
     }
 
-    /// Adds the iteration in `view.pixels`.
-    pub fn record(&self, commands: &mut Commands, view: &View, frame: &Buffer<Frame>) {
+    /// Adds the iteration in `traced.pixels`.
+    pub fn record(&self, commands: &mut Commands, traced: &Traced) {
         let push = FilmPush {
-            frame: frame.ptr(),
-            pixels: view.pixels.ptr(),
+            frame: traced.frame.ptr(),
+            pixels: traced.pixels.ptr(),
             film: self.pixels.ptr(),
         };
-        commands.dispatch(&self.pass, &push, view.pixel_count());
+        commands.dispatch(&self.pass, &push, traced.pixels.len());
     }
 
     /// All layers after `iterations`: the picture's, and those that a resumed render needs.

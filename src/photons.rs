@@ -1,20 +1,18 @@
 //! Light paths: emission, storage without loss, and the order of the photons.
 
 use crate::Result;
-use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Pass, Ptr, Timings};
+use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Pass, Ptr};
+use crate::render::Traced;
 use crate::shaders::spirv;
-use crate::shared::{
-    CULL_CELLS, Counters, CullPush, EmitPush, Frame, Photon, PhotonGrid, PhotonKeysPush,
-};
+use crate::shared::{CULL_CELLS, CullPush, EmitPush, PhotonGrid, PhotonKeysPush};
 use crate::sort::{Scan, Sort};
-use crate::view::View;
 use crate::world::World;
 use glam::Vec3;
 
 /// Bits of a sort key: the map above 30 of a place on a Hilbert curve.
 const KEY_BITS: u32 = 31;
 
-/// Photons of one iteration, as emission left them.
+/// The passes that make photons and put them in order.
 pub struct Photons {
     cull: Pass,
     emit: Pass,
@@ -22,25 +20,19 @@ pub struct Photons {
     scan: Scan,
     sort: Sort,
     mask: Buffer<u32>,
-    counters: Buffer<Counters>,
     paths_per_thread: u32,
-    pub photons: Buffer<Photon>,
-    /// Photons of each path; then, scanned, where each path's begin.
-    path_photons: Buffer<u32>,
-    path_slots: Buffer<u32>,
 }
 
 impl Photons {
-    /// For `paths` light paths of up to `max_depth` edges an iteration; `features` are FEATURE_ bits
+    /// For `paths` light paths an iteration and as many photons as `capacity`, at first; `features` are FEATURE_ bits
     /// beside the world's.
     pub fn new(
         gpu: &Gpu,
         world: &World,
         paths: u32,
-        max_depth: u32,
+        capacity: usize,
         features: u32,
     ) -> Result<Self> {
-        let capacity = first_capacity(paths);
         let paths_per_thread = paths_per_thread(gpu);
         Ok(Self {
             cull: gpu.pass("cull", spirv("cull")?, &[], None)?,
@@ -50,81 +42,47 @@ impl Photons {
             scan: Scan::new(gpu, paths as usize + 1)?,
             sort: Sort::new(gpu, capacity)?,
             mask: gpu.buffer("culling mask", CULL_CELLS as usize / 32)?,
-            counters: gpu.buffer("counters", 1)?,
-            photons: gpu.buffer("photons", capacity)?,
-            path_photons: gpu.buffer("path photons", paths as usize + 1)?,
-            path_slots: gpu.buffer("path slots", paths as usize * max_depth as usize)?,
         })
     }
 
-    /// Photons that the buffers hold.
+    /// Photons that any iteration may have.
     pub fn capacity(&self) -> usize {
-        self.photons.len()
+        self.sort.keys[0].len()
     }
 
-    /// Positions (m) of the caustic and the global photons, after [`Self::emit`] and before sorting.
-    pub fn positions(&self, gpu: &Gpu, frame: &Frame) -> Result<[Vec<Vec3>; 2]> {
-        let counts = gpu.read(&self.path_photons, 0..frame.paths as usize)?;
-        let slots = gpu.read(&self.path_slots, 0..self.path_slots.len())?;
-        let photons = gpu.read(&self.photons, 0..self.capacity())?;
-        let mut positions = [Vec::new(), Vec::new()];
-        for (slots, count) in slots.chunks_exact(frame.max_depth as usize).zip(counts) {
-            for slot in slots.iter().take(count as usize) {
-                if let Some(photon) = photons.get((slot & 0x7fff_ffff) as usize) {
-                    positions[(slot >> 31) as usize].push(photon.position_w.into());
-                }
-            }
+    /// Makes room for `photons`.
+    pub fn reserve(&mut self, gpu: &Gpu, photons: usize) -> Result<()> {
+        if self.capacity() < photons {
+            self.sort = Sort::new(gpu, photons)?;
         }
-        Ok(positions)
-    }
-
-    /// Makes room for `photons` and some more.
-    pub fn grow(&mut self, gpu: &Gpu, photons: u32) -> Result<()> {
-        let capacity = photons as usize + photons as usize / 4;
-        self.photons = gpu.buffer("photons", capacity)?;
-        self.sort = Sort::new(gpu, capacity)?;
         Ok(())
     }
 
     /// Marks the cells that the view samples can gather from.
-    pub fn record_cull(&self, commands: &mut Commands, view: &View, frame: &Buffer<Frame>) {
+    pub fn record_cull(&self, commands: &mut Commands, traced: &Traced) {
         commands.fill(&self.mask, 0);
         let push = CullPush {
-            frame: frame.ptr(),
-            samples: view.samples.ptr(),
+            frame: traced.frame.ptr(),
+            samples: traced.samples.ptr(),
             mask: self.mask.ptr(),
         };
-        commands.dispatch(&self.cull, &push, view.pixel_count());
+        commands.dispatch(&self.cull, &push, traced.samples.len());
     }
 
-    /// Traces the light paths, runs `commands` with them, and says what came of it. The counts may
-    /// exceed [`Self::capacity`]: then photons are missing, and the caller grows and repeats.
-    pub fn emit(
-        &self,
-        gpu: &Gpu,
-        mut commands: Commands,
-        world: &World,
-        frame: &Buffer<Frame>,
-        paths: u32,
-    ) -> Result<(Counters, Timings)> {
-        commands.fill(&self.counters, 0);
+    /// Traces the light paths. Their counters may exceed what there is room for: then photons are missing.
+    pub fn record_emit(&self, commands: &mut Commands, world: &World, traced: &Traced, paths: u32) {
+        commands.fill(&traced.counters, 0);
         let push = EmitPush {
             world: world.world.ptr(),
-            frame: frame.ptr(),
+            frame: traced.frame.ptr(),
             mask: self.mask.ptr(),
-            photons: self.photons.ptr(),
-            path_photons: self.path_photons.ptr(),
-            path_slots: self.path_slots.ptr(),
-            counters: self.counters.ptr(),
+            photons: traced.photons.ptr(),
+            path_photons: traced.path_photons.ptr(),
+            path_slots: traced.path_slots.ptr(),
+            counters: traced.counters.ptr(),
         };
-        commands.dispatch(
-            &self.emit,
-            &push,
-            paths.div_ceil(self.paths_per_thread) as usize,
-        );
-        let timings = commands.submit()?;
-        let counters = gpu.read(&self.counters, 0..1)?;
-        Ok((counters.first().copied().unwrap_or_default(), timings))
+        let threads = paths.div_ceil(self.paths_per_thread);
+        commands.dispatch(&self.emit, &push, threads as usize);
     }
 
     /// Orders `count` photons as `order` says, equal keys by their paths; returns their keys and
@@ -133,7 +91,7 @@ impl Photons {
         &self,
         commands: &mut Commands,
         world: &World,
-        frame: &Buffer<Frame>,
+        traced: &Traced,
         paths: u32,
         count: u32,
         order: Order,
@@ -141,12 +99,12 @@ impl Photons {
         let (min, max) = world.bounds_w;
         let extent = (max - min).max(Vec3::splat(f32::MIN_POSITIVE));
         self.scan
-            .record(commands, self.path_photons.ptr(), paths as usize + 1);
+            .record(commands, traced.path_photons.ptr(), paths as usize + 1);
         let mut push = PhotonKeysPush {
-            frame: frame.ptr(),
-            photons: self.photons.ptr(),
-            path_offsets: self.path_photons.ptr(),
-            path_slots: self.path_slots.ptr(),
+            frame: traced.frame.ptr(),
+            photons: traced.photons.ptr(),
+            path_offsets: traced.path_photons.ptr(),
+            path_slots: traced.path_slots.ptr(),
             keys: self.sort.keys[0].ptr(),
             indices: self.sort.values[0].ptr(),
             min_w: min.into(),
@@ -175,11 +133,6 @@ pub enum Order<'a> {
         grids: Ptr<PhotonGrid>,
         bits: u32,
     },
-}
-
-/// Enough for most scenes; others grow.
-fn first_capacity(paths: u32) -> usize {
-    (paths as usize * 2).max(1024)
 }
 
 /// A CPU device runs few threads at once, a GPU needs many to hide its memory.

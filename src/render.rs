@@ -2,8 +2,10 @@
 
 mod accuracy;
 mod engine;
+mod idle;
 mod pilot;
 mod radius;
+mod traced;
 
 use crate::film::Film;
 use crate::gpu::{DeviceInfo, DeviceKind, Gpu, Timings};
@@ -22,9 +24,12 @@ use std::time::{Duration, Instant};
 pub use accuracy::{Accuracy, next_look};
 pub use engine::Engine;
 pub use radius::shrink;
+pub use traced::Traced;
 
 use accuracy::accuracy;
 use engine::Ledger64;
+use idle::Idle;
+use traced::{Turns, first_capacity};
 
 /// Radii (m) of one iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,7 +101,9 @@ impl Renderer {
         let world = World::new(gpu, scene, trace, features)?;
         let view = View::new(gpu, &world, size, direct)?;
         let ledger = if settings.ledger { FEATURE_LEDGER } else { 0 };
-        let photons = Photons::new(gpu, &world, paths, max_depth, direct | ledger)?;
+        let capacity = first_capacity(paths);
+        let photons = Photons::new(gpu, &world, paths, capacity, direct | ledger)?;
+        let turns = Turns::new(gpu, view.pixel_count(), paths, max_depth)?;
         let film = Film::new(gpu, &view)?;
         let frame_data = Frame {
             seed: (settings.seed ^ settings.seed >> 32) as u32,
@@ -106,8 +113,8 @@ impl Renderer {
             ..camera_frame(camera, size)
         };
         let mut engine = Engine {
+            turns,
             gpu: gpu.clone(),
-            frame: gpu.upload("frame", &[frame_data])?,
             frame_data,
             first_radius2: [0.0; 2],
             alpha: f64::from(settings.alpha),
@@ -115,6 +122,7 @@ impl Renderer {
             reservoir: settings.reservoir,
             evaluate: settings.evaluate,
             timings: Timings::new(),
+            idle: Idle::default(),
             ledger: Ledger64::default(),
             world,
             view,
@@ -181,8 +189,7 @@ impl Renderer {
     /// A technique with a state of its own begins it anew at iteration 0.
     pub fn restart(&mut self) -> Result<()> {
         self.engine.film.clear(&self.engine.gpu)?;
-        self.engine.timings.clear();
-        self.engine.ledger = Ledger64::default();
+        self.engine.forget_measurements();
         self.iterations = 0;
         self.seconds_before = 0.0;
         self.busy = Duration::ZERO;
@@ -249,11 +256,14 @@ impl Renderer {
         })
     }
 
-    /// Passes with their total time (ms) on the device, and what the host added.
+    /// Passes with their total time (ms) on the device; `host`: the device waited for the host between submissions;
+    /// `other`: the rest of the time that iterations took.
     pub fn timings(&self) -> Timings {
         let mut timings = self.engine.timings.clone();
         let device: f64 = timings.iter().map(|(_, ms)| ms).sum();
-        timings.push(("host", (self.busy.as_secs_f64() * 1e3 - device).max(0.0)));
+        let idle = self.engine.idle.ms;
+        let other = (self.busy.as_secs_f64() * 1e3 - device - idle).max(0.0);
+        timings.extend([("host", idle), ("other", other)]);
         timings
     }
 

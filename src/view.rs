@@ -1,35 +1,31 @@
 //! Camera paths to the first diffuse event: one view sample per pixel and iteration.
 
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Gpu, Pass};
+use crate::gpu::{Commands, Gpu, Pass};
+use crate::render::Traced;
 use crate::scene::{Camera, Projection};
-use crate::shared::{Frame, FramePixel, ViewPush, ViewSample};
+use crate::shared::{Frame, ViewPush};
 use crate::world::World;
 use glam::Vec3;
 
-/// The view pass and what it fills.
+/// The view pass and the image's size.
 pub struct View {
     pass: Pass,
     pub size: [u32; 2],
-    pub samples: Buffer<ViewSample>,
-    pub pixels: Buffer<FramePixel>,
 }
 
 impl View {
     /// For images of `size` pixels; `features` are FEATURE_ bits beside the world's.
     pub fn new(gpu: &Gpu, world: &World, size: [u32; 2], features: u32) -> Result<Self> {
-        let count = size[0] as usize * size[1] as usize;
         Ok(Self {
             pass: world.pass(gpu, "view", features, &[])?,
             size,
-            samples: gpu.buffer("view samples", count)?,
-            pixels: gpu.buffer("pixels", count)?,
         })
     }
 
     /// Pixels of the image.
     pub fn pixel_count(&self) -> usize {
-        self.samples.len()
+        self.size.map(|edge| edge as usize).iter().product()
     }
 
     /// Threads that cover the image in tiles of 8 × 8 (see `glsl/lib/camera.glsl`).
@@ -41,12 +37,12 @@ impl View {
     }
 
     /// Traces every pixel's path.
-    pub fn record(&self, commands: &mut Commands, world: &World, frame: &Buffer<Frame>) {
+    pub fn record(&self, commands: &mut Commands, world: &World, traced: &Traced) {
         let push = ViewPush {
             world: world.world.ptr(),
-            frame: frame.ptr(),
-            samples: self.samples.ptr(),
-            pixels: self.pixels.ptr(),
+            frame: traced.frame.ptr(),
+            samples: traced.samples.ptr(),
+            pixels: traced.pixels.ptr(),
         };
         commands.dispatch(&self.pass, &push, self.tiled_threads());
     }

@@ -8,6 +8,7 @@ mod features;
 mod geometry;
 mod light_tree;
 mod lights;
+mod usage;
 
 use crate::gpu::{Blas, Buffer, Gpu, Pass, Ptr, RayShaders, TextureArray, Tlas};
 use crate::scene::{Scene, Vertex};
@@ -20,7 +21,8 @@ use features::ANY_SLOT;
 use geometry::Geometry;
 use glam::Vec3;
 
-pub use features::{FEATURES, Feature, Reached, Use, everything, features, upload_bytes};
+pub use features::{FEATURES, Feature, everything, features};
+pub use usage::{Reached, Use, upload_bytes};
 
 /// The scene's buffers and what they hold.
 pub struct World {

@@ -60,14 +60,14 @@ impl Technique for Cells {
             row_slots: SLOTS / 16,
         };
         let grids = [grid(0), grid(1)];
-        engine.gpu.write(&self.grids, 0, &grids)?;
+        let mut commands = engine.gpu.commands()?;
+        commands.write(&self.grids, 0, &grids);
         let maps = PhotonMaps {
             caustic_grid: grids[0],
             global_grid: grids[1],
             ..self.photons.maps(counts)
         };
-        engine.gpu.write(&self.gather.maps, 0, &[maps])?;
-        let mut commands = engine.gpu.commands()?;
+        commands.write(&self.gather.maps, 0, &[maps]);
         let order = Order::Slots {
             keys: &self.keys,
             grids: self.grids.ptr(),

@@ -115,8 +115,8 @@ fn calibrate(gpu: &Gpu, scene: &Scene) -> Result<(u32, Vec<f64>)> {
             continue;
         }
         let engine = renderer.engine();
-        let photons = gpu.read(&engine.photons.photons, 0..stored as usize)?;
-        let samples = gpu.read(&engine.view.samples, 0..engine.view.pixel_count())?;
+        let photons = gpu.read(&engine.traced().photons, 0..stored as usize)?;
+        let samples = gpu.read(&engine.traced().samples, 0..engine.view.pixel_count())?;
         let points: Vec<Vec3> = samples
             .iter()
             .filter(|s| s.weight != [0.0; 3])
@@ -162,7 +162,7 @@ fn measure(
                 let part = match pass {
                     "sort" | "scan" => "sort",
                     "gather" => "gather",
-                    "view" | "emit" | "cull" | "film" | "host" => continue,
+                    "view" | "emit" | "cull" | "film" | "host" | "other" => continue,
                     // Boxes and trees, boxes and acceleration structures, or tables.
                     _ => "build",
                 };

@@ -30,7 +30,7 @@ pub struct Track {
     pub radii: Radii,
     /// Time (s) of each iteration, on the host's clock.
     pub seconds: Vec<f64>,
-    /// Time (ms) of each pass in each iteration, on the device's clock; `host`: what is left.
+    /// Time (ms) of each pass in each iteration, on the device's clock; `host`: it waited for the host; `other`: the rest.
     pub passes: Vec<(&'static str, Vec<f64>)>,
     pub checkpoints: Vec<Checkpoint>,
     pub photons: Photons,

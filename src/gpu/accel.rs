@@ -6,14 +6,11 @@ use ash::{khr, vk};
 use gpu_allocator::MemoryLocation;
 
 use super::buffer::Ptr;
-use super::commands::Commands;
+use super::commands::{Commands, MAX_UPDATE_BYTES};
 use super::device::{Gpu, Shared};
 use super::geometry::{self, Instance, PackedInstance, TriangleGeometry};
 use super::memory::RawBuffer;
 use crate::Result;
-
-/// What vkCmdUpdateBuffer takes at once.
-const UPDATE_BYTES: usize = 65536;
 
 /// Triangles, ready to be traced.
 pub struct Blas {
@@ -172,19 +169,12 @@ impl Commands {
             ));
         }
         self.hold(&tlas.raw);
-        self.hold(&tlas.instances);
         let packed: Vec<_> = places.iter().map(geometry::pack).collect();
-        let target = &tlas.instances;
-        let chunks = bytemuck::cast_slice::<_, u8>(&packed).chunks(UPDATE_BYTES);
-        for (chunk, at) in chunks.zip((0u64..).step_by(UPDATE_BYTES)) {
-            // SAFETY: recording; in range, as the count was checked, and held until waited for.
-            self.untimed(|shared, buffer| unsafe {
-                shared
-                    .device
-                    .cmd_update_buffer(buffer, target.raw, at, chunk);
-            });
+        let chunks = bytemuck::cast_slice::<_, u8>(&packed).chunks(MAX_UPDATE_BYTES);
+        for (chunk, at) in chunks.zip((0..).step_by(MAX_UPDATE_BYTES)) {
+            self.write_bytes(&tlas.instances, at, chunk);
         }
-        let described = [geometry::instances(target.address)];
+        let described = [geometry::instances(tlas.instances.address)];
         let counts = [places.len() as u32];
         self.build(
             tlas.name,
@@ -288,7 +278,8 @@ impl RawAccel {
 impl Drop for RawAccel {
     fn drop(&mut self) {
         if let Some(functions) = &self.shared.accel {
-            // SAFETY: no submitted work uses it: `Commands` waits before its caller can drop this.
+            self.shared.settle();
+            // SAFETY: nothing runs on the device that could use it.
             unsafe { functions.destroy_acceleration_structure(self.raw, None) };
         }
     }

@@ -135,8 +135,24 @@ impl Gpu {
             true => MemoryLocation::GpuToCpu,
             false => MemoryLocation::GpuOnly,
         };
+        self.buffer_at(name, len, usage, location)
+    }
+
+    /// Memory that the host reads without a copy of its own: for few values that the device brings there.
+    pub fn host_buffer<T: Pod>(&self, name: &'static str, len: usize) -> Result<Buffer<T>> {
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        self.buffer_at(name, len, usage, MemoryLocation::GpuToCpu)
+    }
+
+    fn buffer_at<T: Pod>(
+        &self,
+        name: &'static str,
+        len: usize,
+        usage: vk::BufferUsageFlags,
+        location: MemoryLocation,
+    ) -> Result<Buffer<T>> {
         let bytes = (len.max(1) as u64).saturating_mul(size_of::<T>() as u64);
-        let raw = RawBuffer::new(shared, name, bytes, usage, location)?;
+        let raw = RawBuffer::new(&self.shared, name, bytes, usage, location)?;
         Ok(Buffer {
             raw: Arc::new(raw),
             name,

@@ -12,11 +12,11 @@ use super::device::{Gpu, Shared, lock};
 use super::memory::RawBuffer;
 use super::pass::{GROUP_SIZE, MAX_PUSH_BYTES, Pass};
 use super::recorder::{MAX_TIMED, Recorder};
+use super::running::{Held, Running, Timings};
 use crate::{Error, Result};
 
-/// Milliseconds on the device of each labelled part, in recording order; 0 where the device has no
-/// timestamps, and for parts after the first 1024.
-pub type Timings = Vec<(&'static str, f64)>;
+/// What vkCmdUpdateBuffer takes at once.
+pub(super) const MAX_UPDATE_BYTES: usize = 65536;
 
 /// Work groups along one dimension that every Vulkan device allows.
 const MAX_GROUPS: usize = 65535;
@@ -28,7 +28,7 @@ pub struct Commands {
     recorder: Option<Recorder>,
     labels: Vec<&'static str>,
     /// What the recorded work uses.
-    held: Vec<Arc<dyn Any + Send + Sync>>,
+    held: Held,
     /// The first fault while recording; submit returns it.
     fault: Option<Error>,
 }
@@ -191,79 +191,44 @@ impl Commands {
         });
     }
 
-    /// Runs the work and waits for it.
+    /// Overwrites the values from `first` on, in its turn, with at most 64 KiB.
+    pub fn write<T: Pod>(&mut self, buffer: &Buffer<T>, first: usize, data: &[T]) {
+        let range = match buffer.byte_range(&(first..first.saturating_add(data.len()))) {
+            Ok(range) if (1..=MAX_UPDATE_BYTES).contains(&range.len()) => range,
+            Ok(range) => return self.fail(format!("write of {} bytes in passing", range.len())),
+            Err(fault) => return self.fail(format!("write of {fault}")),
+        };
+        self.write_bytes(&buffer.raw, range.start, bytemuck::cast_slice(data));
+    }
+
+    /// As `write`; the caller checked the range, and that it is whole words.
+    pub(super) fn write_bytes(&mut self, buffer: &Arc<RawBuffer>, first: usize, data: &[u8]) {
+        self.hold(buffer);
+        let raw = buffer.raw;
+        // SAFETY: recording; in range and of a size that is allowed; the buffer is held until the work was waited for.
+        self.untimed(|shared, commands| unsafe {
+            shared
+                .device
+                .cmd_update_buffer(commands, raw, first as u64, data);
+        });
+    }
+
+    /// Starts the work.
     ///
     /// Fails with the first fault of the recording, or where the device runs out of memory or is lost.
-    pub fn submit(mut self) -> Result<Timings> {
+    pub fn start(mut self) -> Result<Running> {
         if let Some(fault) = self.fault.take() {
             return Err(fault);
         }
-        let Some(recorder) = self.recorder else {
-            return Ok(Timings::new());
-        };
-        let shared = &self.shared;
-        let device = &shared.device;
-        let buffers = [recorder.buffer];
-        let submits = [vk::SubmitInfo::default().command_buffers(&buffers)];
-        let fences = [recorder.fence];
-        let to_host = [vk::MemoryBarrier::default()
-            .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
-            .dst_access_mask(vk::AccessFlags::HOST_READ)];
-        // SAFETY: the recorder is ours alone; the queue is locked; all that the work uses is held by
-        // `self` until after the wait.
-        unsafe {
-            device.cmd_pipeline_barrier(
-                recorder.buffer,
-                vk::PipelineStageFlags::ALL_COMMANDS,
-                vk::PipelineStageFlags::HOST,
-                vk::DependencyFlags::empty(),
-                &to_host,
-                &[],
-                &[],
-            );
-            device
-                .end_command_buffer(recorder.buffer)
-                .map_err(shared.fault("vkEndCommandBuffer"))?;
-            device
-                .reset_fences(&fences)
-                .map_err(shared.fault("vkResetFences"))?;
-            {
-                let queue = lock(&shared.queue);
-                device
-                    .queue_submit(*queue, &submits, recorder.fence)
-                    .map_err(shared.fault("vkQueueSubmit"))?;
-            }
-            device
-                .wait_for_fences(&fences, true, u64::MAX)
-                .map_err(shared.fault("vkWaitForFences"))?;
-        }
-        self.timings(recorder)
+        Running::start(&self.shared, self.recorder.take(), {
+            let held = std::mem::take(&mut self.held);
+            (std::mem::take(&mut self.labels), held)
+        })
     }
 
-    fn timings(&self, recorder: Recorder) -> Result<Timings> {
-        let caps = &self.shared.info.caps;
-        let timed = match caps.timestamp_bits {
-            0 => 0,
-            _ => self.labels.len().min(MAX_TIMED as usize),
-        };
-        let mut ticks = vec![[0u64; 2]; timed];
-        if timed > 0 {
-            let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
-            // SAFETY: these queries were written by the work just waited for.
-            unsafe {
-                self.shared
-                    .device
-                    .get_query_pool_results(recorder.queries, 0, ticks.as_flattened_mut(), flags)
-                    .map_err(self.shared.fault("vkGetQueryPoolResults"))?;
-            }
-        }
-        let mask = u64::MAX >> (64 - caps.timestamp_bits.clamp(1, 64));
-        let period_ms = f64::from(caps.timestamp_period_ns) * 1e-6;
-        let spans = ticks
-            .iter()
-            .map(|[start, end]| (end.wrapping_sub(*start) & mask) as f64 * period_ms)
-            .chain(std::iter::repeat(0.0));
-        Ok(self.labels.iter().copied().zip(spans).collect())
+    /// Runs the work and waits for it; fails as [`Self::start`].
+    pub fn submit(self) -> Result<Timings> {
+        Ok(self.start()?.wait()?.timings)
     }
 
     /// Keeps `resource` until the work was waited for.

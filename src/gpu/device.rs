@@ -1,6 +1,7 @@
 //! Choosing and opening a device.
 
 use std::mem::ManuallyDrop;
+use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::{khr, vk};
@@ -37,6 +38,8 @@ pub(super) struct Shared {
     pub queue: Mutex<vk::Queue>,
     /// Idle recorders, for reuse.
     pub recorders: Mutex<Vec<Recorder>>,
+    /// Submissions that nobody waited for yet.
+    pub running: AtomicUsize,
     /// Dropped before the device.
     allocator: ManuallyDrop<Mutex<Allocator>>,
     /// Dropped last: fields drop after `Shared::drop`.
@@ -162,6 +165,7 @@ impl Gpu {
                 pipelines,
                 queue: Mutex::new(queue),
                 recorders: Mutex::default(),
+                running: AtomicUsize::new(0),
                 allocator,
                 instance,
             }),

@@ -117,7 +117,8 @@ impl RawBuffer {
 
 impl Drop for RawBuffer {
     fn drop(&mut self) {
-        // SAFETY: no submitted work uses it: `Commands` holds what it uses until it was waited for.
+        self.shared.settle();
+        // SAFETY: nothing runs on the device that could use it.
         unsafe { self.shared.device.destroy_buffer(self.raw, None) };
         self.shared.free(self.allocation.take());
     }

@@ -163,7 +163,7 @@ impl<'a> Constants<'a> {
 
 impl Drop for RawPass {
     fn drop(&mut self) {
-        // SAFETY: no submitted work uses it: `Commands` holds what it uses until it was waited for.
+        // SAFETY: no submitted work uses it: `Running` holds the passes of its work until it was waited for.
         unsafe {
             self.shared.device.destroy_pipeline(self.pipeline, None);
             self.shared

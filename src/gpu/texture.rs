@@ -290,7 +290,7 @@ impl RawTexture {
 impl Drop for RawTextures {
     fn drop(&mut self) {
         let device = &self.shared.device;
-        // SAFETY: no submitted work uses them: `Commands` holds what it uses until it was waited for.
+        // SAFETY: no submitted work uses them: passes hold them, and `Running` its passes until it was waited for.
         unsafe {
             device.destroy_descriptor_pool(self.pool, None);
             device.destroy_descriptor_set_layout(self.set_layout, None);

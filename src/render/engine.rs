@@ -1,9 +1,11 @@
 //! What all techniques share, and the parts of an iteration that they call.
 
+use super::idle::Idle;
 use super::radius::shrink;
+use super::traced::{Traced, Turns};
 use crate::Result;
 use crate::film::Film;
-use crate::gpu::{Buffer, Commands, Gpu, Ptr, Timings};
+use crate::gpu::{Commands, Done, Gpu, Ptr, Timings};
 use crate::photons::{Order, Photons};
 use crate::settings::Evaluate;
 use crate::shared::{Counters, Frame};
@@ -12,13 +14,14 @@ use crate::world::World;
 
 /// What all techniques share: the scene, camera paths, light paths and the film.
 pub struct Engine {
+    // Dropped, and so waited for, before what paths reach.
+    pub(super) turns: Turns,
     pub gpu: Gpu,
     pub world: World,
     pub view: View,
     pub photons: Photons,
     pub film: Film,
     /// Of the iteration under way.
-    pub frame: Buffer<Frame>,
     pub(super) frame_data: Frame,
     /// Squares (m²) of the caustic and the global radius of the first iteration.
     pub(super) first_radius2: [f64; 2],
@@ -28,6 +31,7 @@ pub struct Engine {
     pub reservoir: u32,
     pub evaluate: Evaluate,
     pub(super) timings: Timings,
+    pub(super) idle: Idle,
     pub(super) ledger: Ledger64,
 }
 
@@ -47,44 +51,16 @@ pub(super) struct Ledger64 {
 }
 
 impl Engine {
-    /// Where the passes of an iteration begin: the device knows the frame.
-    pub fn commands(&self) -> Result<Commands> {
-        self.gpu.write(&self.frame, 0, &[self.frame_data])?;
-        self.gpu.commands()
+    /// What the paths of the iteration under way left.
+    pub fn traced(&self) -> &Traced {
+        self.turns.now()
     }
 
-    /// Camera paths, then light paths, if there are any, repeated with larger buffers until no photon is lost.
-    /// Returns how many photons the caustic and the global map hold.
-    pub fn trace_paths(&mut self) -> Result<[u32; 2]> {
-        let paths = self.frame_data.paths;
-        if paths == 0 {
-            let mut commands = self.commands()?;
-            self.view.record(&mut commands, &self.world, &self.frame);
-            self.finish(commands)?;
-            return Ok([0, 0]);
-        }
-        loop {
-            self.frame_data.capacity = self.photons.capacity() as u32;
-            let mut commands = self.commands()?;
-            self.view.record(&mut commands, &self.world, &self.frame);
-            if self.frame_data.cull != 0 {
-                self.photons
-                    .record_cull(&mut commands, &self.view, &self.frame);
-            }
-            let (counters, timings) =
-                self.photons
-                    .emit(&self.gpu, commands, &self.world, &self.frame, paths)?;
-            self.add_timings(timings);
-            if counters.photons as usize <= self.photons.capacity() {
-                self.ledger.add(paths, &counters);
-                return Ok([
-                    counters.caustic_photons,
-                    counters.photons - counters.caustic_photons,
-                ]);
-            }
-            self.photons.grow(&self.gpu, counters.photons)?;
-            self.ledger.regrown += 1;
-        }
+    /// Where the passes begin of an iteration that traces paths of its own: the device knows the frame.
+    pub fn commands(&self) -> Result<Commands> {
+        let mut commands = self.gpu.commands()?;
+        commands.write(&self.traced().frame, 0, &[self.frame_data]);
+        Ok(commands)
     }
 
     /// Puts the photons in order; returns their keys and indices.
@@ -98,7 +74,7 @@ impl Engine {
         self.photons.record_sort(
             commands,
             &self.world,
-            &self.frame,
+            self.traced(),
             self.frame_data.paths,
             count,
             order,
@@ -107,7 +83,7 @@ impl Engine {
 
     /// Adds the iteration to the film.
     pub fn record_film(&self, commands: &mut Commands) {
-        self.film.record(commands, &self.view, &self.frame);
+        self.film.record(commands, self.traced());
     }
 
     /// The rest of an iteration that stored no photon.
@@ -120,9 +96,11 @@ impl Engine {
 
     /// Runs the rest of the iteration.
     pub fn finish(&mut self, commands: Commands) -> Result<Timings> {
-        let timings = commands.submit()?;
-        self.add_timings(timings.clone());
-        Ok(timings)
+        let running = commands.start()?;
+        self.look_ahead()?;
+        let done = running.wait()?;
+        self.add_timings(&done);
+        Ok(done.timings)
     }
 
     /// Radii (m) of the caustic and the global map in the iteration under way.
@@ -161,13 +139,21 @@ impl Engine {
         (z >> 32) as u32
     }
 
-    fn add_timings(&mut self, timings: Timings) {
-        for (name, ms) in timings {
-            match self.timings.iter_mut().find(|(n, _)| *n == name) {
+    /// What was measured and counted so far.
+    pub(super) fn forget_measurements(&mut self) {
+        self.timings.clear();
+        self.idle = Idle::default();
+        self.ledger = Ledger64::default();
+    }
+
+    pub(super) fn add_timings(&mut self, done: &Done) {
+        for (name, ms) in &done.timings {
+            match self.timings.iter_mut().find(|(n, _)| n == name) {
                 Some((_, total)) => *total += ms,
-                None => self.timings.push((name, ms)),
+                None => self.timings.push((name, *ms)),
             }
         }
+        self.idle.add(done.span_ms);
     }
 
     /// Sets the frame for an iteration.
@@ -178,7 +164,7 @@ impl Engine {
 }
 
 impl Ledger64 {
-    fn add(&mut self, paths: u32, c: &Counters) {
+    pub fn add(&mut self, paths: u32, c: &Counters) {
         self.emitted += u64::from(paths);
         for (sum, n) in [
             (&mut self.stored, c.photons),

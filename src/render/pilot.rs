@@ -1,8 +1,7 @@
 //! Before the first iteration: one round of camera and light paths finds the radii to start with,
 //! whether culling pays, and how many photons the buffers must hold.
 
-use super::engine::{Engine, Ledger64};
-use crate::gpu::Timings;
+use super::engine::Engine;
 use crate::settings::{Length, Settings, Switch};
 use crate::shared::ViewSample;
 use crate::{Error, Result};
@@ -24,7 +23,7 @@ pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
     engine.begin(0);
     engine.trace_paths()?;
     let samples = view_samples(engine)?;
-    let photons = engine.photons.positions(&engine.gpu, &engine.frame_data)?;
+    let photons = engine.traced().positions(&engine.gpu, &engine.frame_data)?;
     let stored = photons[0].len() + photons[1].len();
 
     let pixel = pixel_footprint(&samples).unwrap_or(engine.world.radius() * 1e-3);
@@ -58,8 +57,7 @@ pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
             u32::from(((caustic + global) as f32) < CULL_BELOW * stored as f32)
         }
     };
-    engine.timings = Timings::new();
-    engine.ledger = Ledger64::default();
+    engine.forget_measurements();
     Ok(())
 }
 
@@ -85,7 +83,7 @@ fn round(radius: f32) -> f32 {
 fn view_samples(engine: &Engine) -> Result<Vec<ViewSample>> {
     let mut samples = engine
         .gpu
-        .read(&engine.view.samples, 0..engine.view.pixel_count())?;
+        .read(&engine.traced().samples, 0..engine.view.pixel_count())?;
     samples.retain(|s| s.weight != [0.0; 3]);
     Ok(samples)
 }

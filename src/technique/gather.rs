@@ -84,10 +84,10 @@ impl Gather {
                 continue;
             }
             let push = GatherPush {
-                frame: engine.frame.ptr(),
-                samples: engine.view.samples.ptr(),
+                frame: engine.traced().frame.ptr(),
+                samples: engine.traced().samples.ptr(),
                 maps: self.maps.ptr(),
-                pixels: engine.view.pixels.ptr(),
+                pixels: engine.traced().pixels.ptr(),
                 statistics: self.statistics,
                 map,
                 reservoir: engine.reservoir,
@@ -184,8 +184,8 @@ impl SortedPhotons {
     ) {
         let count = counts[0] + counts[1];
         let push = PlacePush {
-            frame: engine.frame.ptr(),
-            photons: engine.photons.photons.ptr(),
+            frame: engine.traced().frame.ptr(),
+            photons: engine.traced().photons.ptr(),
             indices,
             maps: maps.ptr(),
             count,

@@ -35,8 +35,8 @@ impl Technique for HashGrid {
         if counts == [0, 0] {
             return engine.finish_without_photons();
         }
-        let slots = self.reserve(engine, counts)?;
         let mut commands = engine.gpu.commands()?;
+        let slots = self.reserve(engine, &mut commands, counts)?;
         let order = Order::Slots {
             keys: &self.keys,
             grids: self.grids(),
@@ -75,7 +75,12 @@ impl HashGrid {
 
     /// Follows the photon buffers where they grew, and tells shaders where everything lies. Returns
     /// how many slots both maps have.
-    fn reserve(&mut self, engine: &Engine, counts: [u32; 2]) -> Result<u32> {
+    fn reserve(
+        &mut self,
+        engine: &Engine,
+        commands: &mut Commands,
+        counts: [u32; 2],
+    ) -> Result<u32> {
         if self.photons.outgrown(engine) {
             self.photons = SortedPhotons::positions(engine)?;
             self.table = table(engine)?;
@@ -99,7 +104,7 @@ impl HashGrid {
             global_grid: grid(1, slots[0]),
             ..self.photons.maps(counts)
         };
-        engine.gpu.write(&self.gather.maps, 0, &[maps])?;
+        commands.write(&self.gather.maps, 0, &[maps]);
         Ok(slots[0] + slots[1])
     }
 

@@ -44,7 +44,7 @@ impl Technique for Lists {
             bits: 0,
         };
         let [maps, indices] = engine.record_sort(&mut commands, counts, order);
-        self.describe(engine, counts, maps)?;
+        self.describe(engine, &mut commands, counts, maps);
         self.photons
             .record(engine, &mut commands, &self.gather.maps, indices, counts);
         self.record_insert(&mut commands, counts);
@@ -70,7 +70,7 @@ impl Lists {
     }
 
     /// Tells shaders where everything lies.
-    fn describe(&self, engine: &Engine, counts: [u32; 2], maps: Ptr<u32>) -> Result<()> {
+    fn describe(&self, engine: &Engine, commands: &mut Commands, counts: [u32; 2], maps: Ptr<u32>) {
         let (min, max) = engine.world.bounds_w;
         // Cells at least so large that their numbers stay exact.
         let least = (max - min).max_element() / GRID_CELL_MAX as f32;
@@ -89,7 +89,7 @@ impl Lists {
             lists,
             ..self.photons.maps(counts)
         };
-        engine.gpu.write(&self.gather.maps, 0, &[maps])
+        commands.write(&self.gather.maps, 0, &[maps]);
     }
 
     fn record_insert(&self, commands: &mut Commands, counts: [u32; 2]) {

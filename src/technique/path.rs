@@ -17,8 +17,8 @@ impl Technique for Path {
         let mut commands = engine.commands()?;
         let push = PathPush {
             world: engine.world.world.ptr(),
-            frame: engine.frame.ptr(),
-            pixels: engine.view.pixels.ptr(),
+            frame: engine.traced().frame.ptr(),
+            pixels: engine.traced().pixels.ptr(),
         };
         commands.dispatch(&self.pass, &push, engine.view.tiled_threads());
         engine.record_film(&mut commands);

@@ -76,7 +76,7 @@ impl Rtpm {
         if counts == [0, 0] {
             return Ok((commands, counts));
         }
-        self.reserve(engine, counts)?;
+        self.reserve(engine, &mut commands, counts)?;
         let [_, indices] = engine.record_sort(&mut commands, counts, Order::Hilbert);
         self.photons
             .record(engine, &mut commands, &self.gather.maps, indices, counts);
@@ -85,7 +85,12 @@ impl Rtpm {
     }
 
     /// Follows the photon buffers where they grew, and tells shaders where everything lies.
-    fn reserve(&mut self, engine: &Engine, counts: [u32; 2]) -> Result<()> {
+    fn reserve(
+        &mut self,
+        engine: &Engine,
+        commands: &mut Commands,
+        counts: [u32; 2],
+    ) -> Result<()> {
         if self.photons.outgrown(engine) {
             (self.photons, self.structure) = structure(engine)?;
         }
@@ -105,7 +110,8 @@ impl Rtpm {
             }
             Structure::Boxes { tlas, .. } => maps.tlas = address_words(tlas.address()),
         }
-        engine.gpu.write(&self.gather.maps, 0, &[maps])
+        commands.write(&self.gather.maps, 0, &[maps]);
+        Ok(())
     }
 
     fn record_build(&self, commands: &mut Commands, counts: [u32; 2]) -> Result<()> {

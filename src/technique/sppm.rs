@@ -32,8 +32,8 @@ impl Technique for Sppm {
         let (mut commands, counts) = self.photons.build(engine)?;
         self.photons.gather.record(engine, &mut commands, counts);
         let push = PixelRadiiPush {
-            frame: engine.frame.ptr(),
-            pixels: engine.view.pixels.ptr(),
+            frame: engine.traced().frame.ptr(),
+            pixels: engine.traced().pixels.ptr(),
             statistics: self.statistics.ptr(),
             alpha: engine.alpha(),
             unused: 0,
