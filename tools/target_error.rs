@@ -15,9 +15,8 @@ use lightfall::render::{Accuracy, Renderer, next_look};
 use lightfall::scene::{self, Scene};
 use lightfall::settings::Settings;
 
-const SIZE: [u32; 2] = [64, 64];
-/// Few: what matters here is how often the estimate is right, not how soon.
-const PHOTONS: u32 = 20_000;
+/// Smaller images have wider pixels and so wider radii: they take longer to lose their blur.
+const SIZE: [u32; 2] = [128, 128];
 /// Iterations of a reference at most.
 const REFERENCE_MAX: u64 = 20_000;
 
@@ -46,7 +45,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         for seed in 1..=seeds {
             let settings = Settings {
                 size: Some(SIZE),
-                photons: Some(PHOTONS),
                 seed,
                 ..Settings::default()
             };
