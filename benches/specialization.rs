@@ -5,7 +5,10 @@
 //! `cargo bench --bench specialization -- [-t TECHNIQUE] [SCENE…]`; without scenes, those of `scenes/`.
 //! `LIGHTFALL_DEVICE` names a device.
 
-use lightfall::gpu::{Gpu, OpenOptions};
+mod common;
+
+use common::{median, open};
+use lightfall::gpu::Gpu;
 use lightfall::render::Renderer;
 use lightfall::scene::{self, Scene};
 use lightfall::settings::{Evaluate, Settings};
@@ -13,7 +16,6 @@ use lightfall::technique::TECHNIQUES;
 use lightfall::world::{everything, features};
 use lightfall::{Error, Result};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Instant;
 
 /// Pairs of iterations, after one that compiles pipelines and warms caches.
@@ -40,19 +42,9 @@ fn main() -> Result<()> {
         scenes.retain(|path| path.extension().is_some_and(|e| e == "glb"));
         scenes.sort();
     }
-    let device = std::env::var("LIGHTFALL_DEVICE").ok();
-    let gpu = Gpu::open(&OpenOptions {
-        device: device.as_deref(),
-        validate: false,
-    })?;
-    println!(
-        "{}, {}, commit {}, {technique}, medians of {PAIRS} pairs in turn, {} × {}\n",
-        gpu.info().name,
-        gpu.info().driver,
-        commit(),
-        SIZE[0],
-        SIZE[1],
-    );
+    let (gpu, what) = open()?;
+    let [width, height] = SIZE;
+    println!("{what}, {technique}, medians of {PAIRS} pairs in turn, {width} × {height}\n");
     println!(
         "| scene | as it is [ms] | everything on [ms] | ratio | least, most | view | emit | others | channels that differ |"
     );
@@ -142,18 +134,4 @@ fn difference(renderers: &[Renderer; 2]) -> Result<(usize, usize)> {
     let differs = |(a, b): &(&f32, &f32)| (*a - *b).abs() > TOLERANCE * a.abs().max(mean);
     let differ = a.iter().zip(b).filter(differs).count();
     Ok((differ + a.len().abs_diff(b.len()), a.len()))
-}
-
-/// Of the checkout; with a star where files differ from it.
-fn commit() -> String {
-    Command::new("git")
-        .args(["describe", "--always", "--dirty=*"])
-        .output()
-        .map(|o| String::from_utf8_lossy(&o.stdout).trim().to_string())
-        .unwrap_or_default()
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

@@ -4,6 +4,8 @@
 //! `cargo bench --bench traversal -- [rays] [gather]`; `LIGHTFALL_DEVICE` names a device.
 
 mod cells;
+#[path = "../common/mod.rs"]
+mod common;
 mod gather;
 mod rays;
 mod room;
@@ -11,8 +13,7 @@ mod room;
 #[path = "../../tests/render/shapes.rs"]
 mod shapes;
 
-use lightfall::gpu::{Gpu, OpenOptions};
-use std::process::Command;
+use common::{median, open};
 
 /// Measured runs of each variant, after one that compiles pipelines and warms caches.
 const RUNS: usize = 7;
@@ -23,18 +24,8 @@ fn main() -> lightfall::Result<()> {
         .filter(|a| !a.starts_with('-'))
         .collect();
     let wanted = |name: &str| words.is_empty() || words.iter().any(|w| w == name);
-    let device = std::env::var("LIGHTFALL_DEVICE").ok();
-    let gpu = Gpu::open(&OpenOptions {
-        device: device.as_deref(),
-        validate: false,
-    })?;
-    let info = gpu.info();
-    println!(
-        "{}, {}, commit {}, medians of {RUNS} runs in turn\n",
-        info.name,
-        info.driver,
-        commit()
-    );
+    let (gpu, what) = open()?;
+    println!("{what}, medians of {RUNS} runs in turn\n");
     if wanted("rays") {
         rays::run(&gpu)?;
     }
@@ -42,18 +33,4 @@ fn main() -> lightfall::Result<()> {
         gather::run(&gpu)?;
     }
     Ok(())
-}
-
-/// Of the checkout; with a star where files differ from it.
-fn commit() -> String {
-    Command::new("git")
-        .args(["describe", "--always", "--dirty=*"])
-        .output()
-        .map(|o| String::from_utf8_lossy(&o.stdout).trim().to_string())
-        .unwrap_or_default()
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

@@ -24,7 +24,7 @@ fn furnace(albedo: f32, room: impl Fn(&mut Scene, u32), eye: Vec3, target: Vec3)
 fn a_box_looks_the_same_everywhere() {
     let room = |scene: &mut Scene, wall| cuboid(scene, Vec3::ZERO, -vec3(1.0, 1.0, 1.0), wall);
     let scene = furnace(0.5, room, vec3(0.5, 0.3, 0.6), vec3(-1.0, -0.7, -0.9));
-    check(&scene, &settings(96, 100_000, 0.006), 16, "", |_, _| {
+    check(&scene, &settings(96, 50_000, 0.012), 16, "", |_, _| {
         Vec3::ONE
     });
 }
@@ -43,7 +43,7 @@ fn a_box_looks_the_same_through_wide_kernels() {
 fn a_sphere_looks_the_same_everywhere() {
     let room = |scene: &mut Scene, wall| sphere(scene, Vec3::ZERO, -1.0, 4, false, wall);
     let scene = furnace(0.5, room, vec3(0.4, 0.1, -0.2), vec3(-1.0, 0.2, 0.3));
-    check(&scene, &settings(48, 50_000, 0.05), 16, "", |_, _| {
+    check(&scene, &settings(48, 30_000, 0.05), 16, "", |_, _| {
         Vec3::ONE
     });
 }

@@ -1,6 +1,6 @@
 //! Meshes that are stored once and shown many times: the same picture as of their triangles each where it stands.
 
-use crate::check::{Device, layer, settings, techniques};
+use crate::check::{Device, layer, settings};
 use crate::shapes::*;
 use glam::{Affine3A, Quat, Vec3, vec3};
 use lightfall::render::Renderer;
@@ -16,12 +16,7 @@ fn scene_with_meshes(device: &Device) -> Scene {
     let wall = material(&mut scene, lambertian(vec3(0.7, 0.6, 0.5)));
     let shine = material(&mut scene, lamp(vec3(12.0, 10.0, 8.0)));
     let clear = material(&mut scene, glass(0.5));
-    let brass = Material {
-        roughness: 0.5,
-        base_color: vec3(0.9, 0.7, 0.3).extend(1.0),
-        ..Material::default()
-    };
-    let brass = material(&mut scene, brass);
+    let brass = material(&mut scene, brass());
     cuboid(&mut scene, Vec3::ZERO, Vec3::splat(-1.0), wall);
     let (x, z) = (Vec3::X * 0.3, Vec3::Z * 0.3);
     quad(&mut scene, Vec3::Y * 0.98, x, z, shine);
@@ -128,10 +123,7 @@ fn instances_look_like_their_triangles() {
     let device = Device::open();
     let scene = scene_with_meshes(&device);
     let flat = flattened(&scene);
-    for (row, trace) in techniques(&device) {
-        if row.name != "rtpm" {
-            continue;
-        }
+    for trace in device.two_traversals() {
         let settings = Settings {
             trace,
             direct: Direct::Rays,
@@ -139,7 +131,7 @@ fn instances_look_like_their_triangles() {
             ..settings(48, 5_000, 0.1)
         };
         let [instanced, flat] = [&scene, &flat].map(|scene| {
-            let mut renderer = Renderer::with(&device, scene, &settings, row).unwrap();
+            let mut renderer = Renderer::new(&device, scene, &settings).unwrap();
             (0..2).for_each(|_| renderer.iterate().unwrap());
             (renderer.picture().unwrap(), renderer.ledger())
         });
@@ -192,16 +184,13 @@ fn a_hundred_million_triangles_take_the_memory_of_ten_thousand() {
     let scene = tiles(100, 71);
     let shown = scene.meshes[0].triangles.len() * scene.meshes[0].places.len();
     assert!(shown > 100_000_000);
-    for (row, trace) in techniques(&device) {
-        if row.name != "rtpm" {
-            continue;
-        }
+    for trace in device.two_traversals() {
         let settings = Settings {
             trace,
             direct: Direct::Rays,
             ..settings(32, 1_000, 0.5)
         };
-        let mut renderer = Renderer::with(&device, &scene, &settings, row).unwrap();
+        let mut renderer = Renderer::new(&device, &scene, &settings).unwrap();
         renderer.iterate().unwrap();
         let stored: u64 = device.allocations().iter().map(|of| of.1).sum();
         assert!(stored < 100 << 20, "{trace:?}: {stored} bytes");

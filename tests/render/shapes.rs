@@ -1,6 +1,6 @@
 //! Scenes in a few lines: materials, quads, boxes, spheres, cameras.
 
-use glam::{Mat4, Vec2, Vec3, Vec4, vec2};
+use glam::{Mat4, Vec2, Vec3, Vec4, vec2, vec3};
 use lightfall::scene::{Camera, Material, Projection, Scene, Triangle, Vertex};
 use std::collections::HashMap;
 
@@ -27,6 +27,15 @@ pub fn mirror(reflectance: f32) -> Material {
     Material {
         base_color: Vec3::splat(reflectance).extend(1.0),
         roughness: 0.0,
+        ..Material::default()
+    }
+}
+
+/// Of roughness 0.5.
+pub fn brass() -> Material {
+    Material {
+        roughness: 0.5,
+        base_color: vec3(0.9, 0.7, 0.3).extend(1.0),
         ..Material::default()
     }
 }

@@ -26,12 +26,7 @@ pub fn showroom(gpu: &Gpu) -> Scene {
         ..Material::default()
     };
     let plastic = material(&mut scene, plastic);
-    let brass = Material {
-        roughness: 0.5,
-        base_color: vec3(0.9, 0.7, 0.3).extend(1.0),
-        ..Material::default()
-    };
-    let brass = material(&mut scene, brass);
+    let brass = material(&mut scene, brass());
     cuboid(&mut scene, Vec3::ZERO, Vec3::splat(-1.0), wall);
     quad(
         &mut scene,
