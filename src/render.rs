@@ -261,9 +261,9 @@ impl Renderer {
     pub fn timings(&self) -> Timings {
         let mut timings = self.engine.timings.clone();
         let device: f64 = timings.iter().map(|(_, ms)| ms).sum();
-        let idle = self.engine.idle.ms;
-        let other = (self.busy.as_secs_f64() * 1e3 - device - idle).max(0.0);
-        timings.extend([("host", idle), ("other", other)]);
+        let rest = (self.busy.as_secs_f64() * 1e3 - device).max(0.0);
+        let host = self.engine.idle.ms.min(rest);
+        timings.extend([("host", host), ("other", rest - host)]);
         timings
     }
 

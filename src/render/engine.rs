@@ -158,6 +158,10 @@ impl Engine {
 
     /// Sets the frame for an iteration.
     pub(super) fn begin(&mut self, iteration: u64) {
+        if !self.turns.are_ahead() {
+            // Who knows what the device did since the last iteration.
+            self.idle.pause();
+        }
         self.frame_data.iteration = iteration as u32;
         self.frame_data.radius = self.radius_in(iteration);
     }

@@ -12,14 +12,26 @@ pub struct Idle {
 }
 
 impl Idle {
-    /// Counts the gap before the oldest of the last spans.
+    /// Counts the gap after the oldest of the last spans, once they are many.
     pub fn add(&mut self, span_ms: Option<[f64; 2]>) {
         self.spans.extend(span_ms);
         self.spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
         if self.spans.len() > OPEN {
-            let [_, end] = self.spans.remove(0);
-            self.ms += (self.spans[0][0] - end).max(0.0);
+            self.count_first();
         }
+    }
+
+    /// What comes next does not follow from what came last: the gap between does not count.
+    pub fn pause(&mut self) {
+        while self.spans.len() > 1 {
+            self.count_first();
+        }
+        self.spans.clear();
+    }
+
+    fn count_first(&mut self) {
+        let [_, end] = self.spans.remove(0);
+        self.ms += (self.spans[0][0] - end).max(0.0);
     }
 }
 
@@ -37,6 +49,10 @@ mod tests {
         }
         assert_eq!(idle.ms, 10.0 - OPEN as f64);
         idle.add(None);
-        assert_eq!(idle.ms, 10.0 - OPEN as f64);
+        idle.pause();
+        assert_eq!(idle.ms, 9.0);
+        idle.add(Some([1000.0, 1001.0]));
+        idle.pause();
+        assert_eq!(idle.ms, 9.0);
     }
 }

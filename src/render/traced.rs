@@ -92,6 +92,11 @@ impl Turns {
         })
     }
 
+    /// The device has work between iterations.
+    pub fn are_ahead(&self) -> bool {
+        !self.ahead.is_empty()
+    }
+
     /// Of the iteration under way.
     pub fn now(&self) -> &Traced {
         &self.sets[self.now]
