@@ -4,7 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use lightfall::Error;
 use lightfall::gpu::{
-    Gpu, Instance, OpenOptions, Ptr, RayShaders, TextureData, TriangleGeometry, devices,
+    Buffer, Gpu, Instance, OpenOptions, Ptr, RayShaders, TextureData, TriangleGeometry, devices,
 };
 use lightfall::scene::Wrap;
 
@@ -69,6 +69,45 @@ fn fills_and_copies() {
     for (range, first) in [(0..6, 0), (0..2, 3), (0..2, 1)] {
         let mut commands = gpu.commands().unwrap();
         commands.copy(&a, range, if first == 1 { &a } else { &b }, first);
+        assert!(commands.submit().is_err());
+    }
+    assert_valid(&gpu);
+}
+
+/// What is started later sees what was started before; what goes while work may reach it waits.
+#[test]
+fn work_runs_on_in_order() {
+    let gpu = open();
+    let spirv = include_bytes!("shaders/square.spv");
+    let square = gpu.pass("square", spirv, &[3], None).unwrap();
+    let count = 1 << 22;
+    let [first, last] = [0, 1].map(|_| gpu.buffer::<u32>("words", count).unwrap());
+    let seen = gpu.host_buffer::<u32>("seen", 2).unwrap();
+    let start = |words: &Buffer<u32>| {
+        let mut commands = gpu.commands().unwrap();
+        let push = SquarePush {
+            words: words.ptr(),
+            count: count as u32,
+            pad: 0,
+        };
+        commands.dispatch(&square, &push, count);
+        commands.start().unwrap()
+    };
+    let running = [start(&first), start(&last)];
+    drop(first);
+    let mut commands = gpu.commands().unwrap();
+    commands.write(&last, 0, &[77u32]);
+    commands.copy(&last, 0..2, &seen, 0);
+    let copied = commands.start().unwrap();
+    let spans = running.map(|running| running.wait().unwrap().span_ms);
+    copied.wait().unwrap();
+    assert_eq!(gpu.read(&seen, 0..2).unwrap(), [77, 4]);
+    if let [Some([_, end]), Some([start, _])] = spans {
+        assert!(end <= start, "{spans:?}");
+    }
+    for data in [&[0u32; 0][..], &[0; 16385]] {
+        let mut commands = gpu.commands().unwrap();
+        commands.write(&last, 0, data);
         assert!(commands.submit().is_err());
     }
     assert_valid(&gpu);

@@ -191,13 +191,20 @@ impl Commands {
         });
     }
 
-    /// Overwrites the values from `first` on, in its turn, with at most 64 KiB.
+    /// Overwrites the values from `first` on, in its turn, with whole words up to 64 KiB.
     pub fn write<T: Pod>(&mut self, buffer: &Buffer<T>, first: usize, data: &[T]) {
         let range = match buffer.byte_range(&(first..first.saturating_add(data.len()))) {
-            Ok(range) if (1..=MAX_UPDATE_BYTES).contains(&range.len()) => range,
-            Ok(range) => return self.fail(format!("write of {} bytes in passing", range.len())),
+            Ok(range) => range,
             Err(fault) => return self.fail(format!("write of {fault}")),
         };
+        let bytes = range.len();
+        let words = range.start.is_multiple_of(4) && bytes.is_multiple_of(4);
+        if !words || !(1..=MAX_UPDATE_BYTES).contains(&bytes) {
+            let name = buffer.name();
+            return self.fail(format!(
+                "write of {bytes} bytes to {name}, not of whole words up to {MAX_UPDATE_BYTES}"
+            ));
+        }
         self.write_bytes(&buffer.raw, range.start, bytemuck::cast_slice(data));
     }
 
@@ -220,10 +227,9 @@ impl Commands {
         if let Some(fault) = self.fault.take() {
             return Err(fault);
         }
-        Running::start(&self.shared, self.recorder.take(), {
-            let held = std::mem::take(&mut self.held);
-            (std::mem::take(&mut self.labels), held)
-        })
+        let labels = std::mem::take(&mut self.labels);
+        let held = std::mem::take(&mut self.held);
+        Running::start(&self.shared, self.recorder.take(), labels, held)
     }
 
     /// Runs the work and waits for it; fails as [`Self::start`].

@@ -27,7 +27,7 @@ pub struct Running {
     _held: Held,
 }
 
-/// What is known of finished work.
+/// Work that was waited for.
 pub struct Done {
     pub timings: Timings,
     /// When the first part began and the last one ended, in milliseconds of the device's clock; none without timestamps.
@@ -39,7 +39,8 @@ impl Running {
     pub(super) fn start(
         shared: &Arc<Shared>,
         recorder: Option<Recorder>,
-        (labels, held): (Vec<&'static str>, Held),
+        labels: Vec<&'static str>,
+        held: Held,
     ) -> Result<Self> {
         if let Some(recorder) = recorder
             && let Err(error) = submit(shared, recorder)
