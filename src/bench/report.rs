@@ -106,7 +106,8 @@ fn about(page: &mut String, results: &Results) {
          <ul>\n<li>All techniques run in one process on one device, an iteration at a time, always the one that has used up least: what else \
          the machine does hits all alike. Seeds are blocks one after another; comparisons are made within blocks.</li>\n\
          <li>Two iterations before the clock starts compile pipelines and fill caches. Loading the scene, reading images back and measuring \
-         them do not count. Times of passes are the device's timestamps; <em>host</em>: the device waited for the host;\n         <em>other</em>: the rest of an iteration.</li>\n\
+         them do not count. Times of passes are the device's timestamps; <em>host</em>: the device waited for the host; \
+         <em>other</em>: the rest of an iteration.</li>\n\
          <li>relMSE is the mean of (x − r)² / (r² + 0.01) over pixels and channels, outliers kept; <em>trimmed</em> leaves out the worst \
          0.1 % of the pixels. SSIM (Wang et al. 2004) is that of displayed luminance, FLIP is HDR-FLIP (Andersson et al. 2021).</li>\n\
          <li>References that were rendered here: by {UNBIASED}, unless a trial of {} % of the time found it to see less than {} % of a photon map's \
