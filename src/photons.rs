@@ -78,7 +78,6 @@ impl Photons {
             mask: self.mask.ptr(),
             photons: traced.photons.ptr(),
             path_photons: traced.path_photons.ptr(),
-            path_slots: traced.path_slots.ptr(),
             counters: traced.counters.ptr(),
         };
         let threads = paths.div_ceil(self.paths_per_thread);
@@ -101,14 +100,13 @@ impl Photons {
         self.scan
             .record(commands, traced.path_photons.ptr(), paths as usize + 1);
         let mut push = PhotonKeysPush {
-            frame: traced.frame.ptr(),
             photons: traced.photons.ptr(),
             path_offsets: traced.path_photons.ptr(),
-            path_slots: traced.path_slots.ptr(),
             keys: self.sort.keys[0].ptr(),
             indices: self.sort.values[0].ptr(),
             min_w: min.into(),
             scale: (Vec3::splat(1024.0) / extent).into(),
+            count,
             ..Default::default()
         };
         let (pass, bits) = match order {
@@ -118,7 +116,7 @@ impl Photons {
                 (keys, bits)
             }
         };
-        commands.dispatch(pass, &push, paths as usize);
+        commands.dispatch(pass, &push, count as usize);
         self.sort.record(commands, count as usize, bits)
     }
 }

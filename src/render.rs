@@ -103,7 +103,7 @@ impl Renderer {
         let ledger = if settings.ledger { FEATURE_LEDGER } else { 0 };
         let capacity = first_capacity(paths);
         let photons = Photons::new(gpu, &world, paths, capacity, direct | ledger)?;
-        let turns = Turns::new(gpu, view.pixel_count(), paths, max_depth)?;
+        let turns = Turns::new(gpu, view.pixel_count(), paths)?;
         let film = Film::new(gpu, &view)?;
         let frame_data = Frame {
             seed: (settings.seed ^ settings.seed >> 32) as u32,

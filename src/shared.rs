@@ -409,10 +409,13 @@ shared_structs! {
         edge_normal: [u32; 2],
     }
 
-    /// A photon as emission leaves it. With its box (24 bytes) it takes 40 (Kern et al. 2023, table 2).
+    /// A photon as emission leaves it. Its power and a box (24 bytes) take 40 (Kern et al. 2023, table 2).
     struct Photon {
         position_w: [f32; 3],
         power: PhotonPower,
+        path: u32,
+        /// How many photons the path left before this one; the map in the top bit.
+        number: u32,
     }
 
     /// What a photon carries.
@@ -518,9 +521,8 @@ shared_structs! {
         frame: Ptr<Frame>,
         mask: Ptr<u32>,
         photons: Ptr<Photon>,
-        /// Photons of each path, and where they lie, the map in the top bit: `max_depth` slots a path.
+        /// How many each path leaves.
         path_photons: Ptr<u32>,
-        path_slots: Ptr<u32>,
         counters: Ptr<Counters>,
     }
 
@@ -534,10 +536,8 @@ shared_structs! {
     }
 
     struct PhotonKeysPush {
-        frame: Ptr<Frame>,
         photons: Ptr<Photon>,
         path_offsets: Ptr<u32>,
-        path_slots: Ptr<u32>,
         keys: Ptr<u32>,
         indices: Ptr<u32>,
         /// The box that holds all photons, for the Hilbert curve.
@@ -545,6 +545,8 @@ shared_structs! {
         scale: [f32; 3],
         /// Of the caustic and the global map, for slots.
         grids: Ptr<PhotonGrid>,
+        count: u32,
+        unused: u32,
     }
 
     struct SortPush {
@@ -555,7 +557,10 @@ shared_structs! {
         /// `histogram[digit * chunks + chunk]`.
         histogram: Ptr<u32>,
         count: u32,
+        /// The digit: so many bits above so many others.
+        digit_bits: u32,
         shift: u32,
+        unused: u32,
     }
 
     /// Photons in sorted order, caustic ones first. Pairs are of the caustic and the global map.

@@ -68,12 +68,13 @@ pub struct Sort {
     pub keys: [Buffer<u32>; 2],
     pub values: [Buffer<u32>; 2],
     histogram: Buffer<u32>,
+    /// Of a digit at most.
     digit_bits: u32,
     /// Keys that a thread takes in order.
     chunk: usize,
 }
 
-/// Bits of a digit and keys of a thread: a CPU device has few threads and sorts in fewer passes.
+/// Bits of a digit at most, and keys of a thread: a CPU device has few threads and sorts in fewer passes.
 fn widths(gpu: &Gpu) -> (u32, u32) {
     match gpu.info().kind {
         DeviceKind::Cpu => (11, 2048),
@@ -85,7 +86,7 @@ impl Sort {
     /// For up to `capacity` pairs.
     pub fn new(gpu: &Gpu, capacity: usize) -> Result<Self> {
         let (digit_bits, chunk) = widths(gpu);
-        let constants = [0, 0, digit_bits, chunk];
+        let constants = [0, 0, chunk];
         let entries = capacity.div_ceil(chunk as usize) << digit_bits;
         Ok(Self {
             count: gpu.pass("sort", spirv("sort_count")?, &constants, None)?,
@@ -109,8 +110,10 @@ impl Sort {
     /// values end in the buffers that are returned.
     pub fn record(&self, commands: &mut Commands, count: usize, bits: u32) -> [Ptr<u32>; 2] {
         let chunks = count.div_ceil(self.chunk);
+        // Digits as short as as few passes allow: histograms are long.
+        let digit_bits = bits.div_ceil(bits.div_ceil(self.digit_bits).max(1));
         let mut from = 0;
-        for shift in (0..bits).step_by(self.digit_bits as usize) {
+        for shift in (0..bits).step_by(digit_bits.max(1) as usize) {
             let push = SortPush {
                 keys: self.keys[from].ptr(),
                 values: self.values[from].ptr(),
@@ -118,11 +121,13 @@ impl Sort {
                 values_out: self.values[1 - from].ptr(),
                 histogram: self.histogram.ptr(),
                 count: count as u32,
+                digit_bits,
                 shift,
+                unused: 0,
             };
             commands.dispatch(&self.count, &push, chunks);
             self.scan
-                .record(commands, self.histogram.ptr(), chunks << self.digit_bits);
+                .record(commands, self.histogram.ptr(), chunks << digit_bits);
             commands.dispatch(&self.scatter, &push, chunks);
             from = 1 - from;
         }

@@ -19,7 +19,7 @@ pub const CELLS: Row = Row {
     build: |engine| Ok(Box::new(Cells::new(engine)?)),
 };
 
-/// Of both maps' tables: a power of two above the photons of the bench.
+/// A power of two above twice the photons of the bench, as many as the row grid takes. There are no caustics in it.
 const SLOTS: u32 = 1 << 19;
 
 struct Cells {
@@ -39,7 +39,7 @@ impl Cells {
             starts: gpu.pass("build", spirv("hash-grid.starts")?, &[], None)?,
             gather: Gather::new(engine, "bench.cells.gather", 0)?,
             photons: SortedPhotons::positions(engine)?,
-            table: gpu.buffer("cells", 2 * SLOTS as usize + 1)?,
+            table: gpu.buffer("cells", SLOTS as usize + 1)?,
             grids: gpu.buffer("grids", 2)?,
         })
     }
@@ -56,7 +56,7 @@ impl Technique for Cells {
             min_w: engine.world.bounds_w.0.into(),
             // A little wider than a search, which then never reaches a third.
             scale: Vec3::splat(1.0 / (2.01 * engine.radius()[map])).into(),
-            first_slot: SLOTS * map as u32,
+            first_slot: 0,
             row_slots: SLOTS / 16,
         };
         let grids = [grid(0), grid(1)];
@@ -71,7 +71,7 @@ impl Technique for Cells {
         let order = Order::Slots {
             keys: &self.keys,
             grids: self.grids.ptr(),
-            bits: (2 * SLOTS).ilog2(),
+            bits: SLOTS.ilog2(),
         };
         let [keys, indices] = engine.record_sort(&mut commands, counts, order);
         self.photons
@@ -80,7 +80,7 @@ impl Technique for Cells {
             keys,
             starts: self.table.ptr(),
             count: counts[0] + counts[1],
-            slots: 2 * SLOTS,
+            slots: SLOTS,
         };
         commands.dispatch(&self.starts, &push, push.count as usize + 1);
         self.gather.record(engine, &mut commands, counts);

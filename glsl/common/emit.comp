@@ -1,6 +1,6 @@
 // Light paths; a photon at every surface with a diffuse lobe (Kern et al. 2023, sections 3.4 and 3.5).
-// In: World, Frame, culling mask. Out: Photons in any order, how many each path has and in which
-// slots (so that later passes can put them in an order that does not depend on timing), Counters.
+// In: World, Frame, culling mask. Out: Photons in any order, how many each path has
+// (so that later passes can put them in an order that does not depend on timing), Counters.
 // Caustic map: L S+ D. Global map: all other L … D. Flux in lumen per channel.
 #version 460
 #include "lib/pass.glsl"
@@ -81,9 +81,10 @@ void store(Frame frame, Surface s, float u, inout LightPath path) {
     Photon photon;
     photon.position_w = s.position_w;
     // Of a blended surface, photons and view samples each meet only a share.
+    photon.path = path.index;
+    photon.number = path.stored++ | map << 31;
     photon.power = pack_power(path.flux * (shading_ratio(s) / (keep * s.coverage)), s.wo, s.normal_g, path.edges);
     push.photons.at[slot] = photon;
-    push.path_slots.at[path.index * frame.max_depth + path.stored++] = slot | map << 31;
     if (map == MAP_CAUSTIC) atomicAdd(push.counters.at[0].caustic_photons, 1u);
 }
 

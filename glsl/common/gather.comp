@@ -28,59 +28,80 @@
 
 #include "lib/gather.glsl"
 
-void main() {
-    Frame frame = push.frame.at[0];
+// Prepares `gather` for a thread's pixel; false where nothing is to be found.
+bool begin(Frame frame, uint thread, out uint index) {
     uvec2 pixel;
-    bool inside = pixel_of_thread(frame, thread_index(), pixel);
-    uint index = pixel.y * frame.size.x + pixel.x;
-    ViewSample view;
-    view.weight = view.position_w = vec3(0.0);
-    if (inside) view = push.samples.at[index];
-#ifdef NEAR_GRID
-    wanted = view.weight != vec3(0.0);
-#else
-    if (view.weight == vec3(0.0)) return;
-#endif
-    PhotonMaps maps = push.maps.at[0];
+    bool inside = pixel_of_thread(frame, thread, pixel);
+    index = pixel.y * frame.size.x + pixel.x;
+    if (!inside) return false;
+    ViewSample view = push.samples.at[index];
     position_w = view.position_w;
-    gather.wo = unpack_direction(view.wo);
-    gather.normal_g = unpack_direction(view.normal_g);
-    gather.fresnel = unpackHalf2x16(view.fresnel);
-    gather.longest = frame.max_depth - view.depth;
-    gather.edge_distance = view.edge_distance;
+    gather.at.wo = unpack_direction(view.wo);
+    gather.at.normal_g = unpack_direction(view.normal_g);
+    gather.at.fresnel = unpackHalf2x16(view.fresnel);
+    gather.at.longest = frame.max_depth - view.depth;
+    gather.at.edge_distance = view.edge_distance;
     if (STOCHASTIC) gather.rng = Rng(frame.seed, frame.iteration, index, STREAM_GATHER + (push.map << 24));
-
 #ifdef PIXEL_RADII
-    float radius = sqrt(statistics_of(frame, push.statistics, index).radius2[push.map]);
+    gather.at.radius = sqrt(statistics_of(frame, push.statistics, index).radius2[push.map]);
 #else
-    float radius = frame.radius[push.map];
+    gather.at.radius = frame.radius[push.map];
 #endif
-    gather.radius = radius;
-    float area = PI * radius * radius, inner_area = PI * inner_radius2();
-    if (is_clipped()) {
-        for (int i = 0; i < 2; i++) gather.edge_normal[i] = unpack_direction(view.edge_normal[i]);
-        float cosine = dot(gather.edge_normal[0], gather.edge_normal[1]);
-        area = clipped_disc_area(radius, view.edge_distance, cosine);
-        inner_area = clipped_disc_area(0.5 * radius, view.edge_distance, cosine);
-    }
-    gather.sum = gather.inner_sum = vec3(0.0);
-    gather.found = 0u;
-    find_near(maps, push.map, position_w, radius);
+    if (is_clipped()) for (int i = 0; i < 2; i++) gather.at.edge_normal[i] = unpack_direction(view.edge_normal[i]);
+    gather.found.sum = gather.found.inner_sum = vec3(0.0);
+    gather.found.count = 0u;
+    return view.weight != vec3(0.0);
+}
 
-    if (RESERVOIR && gather.found > 0u) {
-        uint n = min(gather.found, push.reservoir);
+// Makes radiance of what was found.
+void finish(PhotonMaps maps, uint index) {
+    if (RESERVOIR && gather.found.count > 0u) {
+        uint n = min(gather.found.count, push.reservoir);
         for (uint i = 0u; i < n; i++) add(photon_at(maps, gather.kept[i]));
-        gather.sum *= float(gather.found) / float(n);
-        gather.inner_sum *= float(gather.found) / float(n);
+        gather.found.sum *= float(gather.found.count) / float(n);
+        gather.found.inner_sum *= float(gather.found.count) / float(n);
     }
-#ifdef NEAR_GRID
-    if (!wanted) return;
-#endif
-    vec3 radiance = view.weight * gather.sum / area;
-    push.pixels.at[index].bias[push.map] = luminance(radiance - view.weight * gather.inner_sum / inner_area);
+    float area = PI * gather.at.radius * gather.at.radius, inner_area = PI * inner_radius2();
+    if (is_clipped()) {
+        float cosine = dot(gather.at.edge_normal[0], gather.at.edge_normal[1]);
+        area = clipped_disc_area(gather.at.radius, gather.at.edge_distance, cosine);
+        inner_area = clipped_disc_area(0.5 * gather.at.radius, gather.at.edge_distance, cosine);
+    }
+    vec3 weight = push.samples.at[index].weight, radiance = weight * gather.found.sum / area;
+    push.pixels.at[index].bias[push.map] = luminance(radiance - weight * gather.found.inner_sum / inner_area);
 #ifdef PIXEL_RADII
-    push.pixels.at[index].found[push.map] = gather.found;
+    push.pixels.at[index].found[push.map] = gather.found.count;
 #endif
     if (push.map == MAP_CAUSTIC) push.pixels.at[index].caustic = radiance;
     else push.pixels.at[index].global = radiance;
 }
+
+#ifdef NEAR_GRID
+// A subgroup's points are those of consecutive threads, if each had one.
+void main() {
+    Frame frame = push.frame.at[0];
+    uint thread = thread_index(), first = thread / LANES * LANES * POINTS + thread % LANES, index[POINTS];
+    [[unroll]] for (uint j = 0u; j < POINTS; j++) {
+        points[j].wanted = begin(frame, first + j * LANES, index[j]);
+        points[j].position_w = position_w;
+        points[j].at = gather.at;
+        points[j].found = gather.found;
+    }
+    PhotonMaps maps = push.maps.at[0];
+    find_near(maps, push.map, frame.radius[push.map]);
+    [[unroll]] for (uint j = 0u; j < POINTS; j++) {
+        gather.at = points[j].at;
+        gather.found = points[j].found;
+        position_w = points[j].position_w;
+        if (points[j].wanted) finish(maps, index[j]);
+    }
+}
+#else
+void main() {
+    uint index;
+    if (!begin(push.frame.at[0], thread_index(), index)) return;
+    PhotonMaps maps = push.maps.at[0];
+    find_near(maps, push.map, position_w, gather.at.radius);
+    finish(maps, index);
+}
+#endif

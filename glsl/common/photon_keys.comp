@@ -1,7 +1,7 @@
-// Photons in the order of their paths, each with its sort key: the map, then its
-// position on a Hilbert curve, 31 bits in all; or its slot in a grid; or its map alone. Path order makes the sorted order, and so every float sum
-// over photons, independent of which thread came first.
-// In: Photons, slots and offsets of each path. Out: keys and photon indices.
+// Photons in the order of their paths, each with its sort key: the map, then its position on a Hilbert curve, 31 bits in
+// all; or its slot in a grid; or its map alone. Path order makes the sorted order, and so every float sum over photons,
+// independent of which thread came first.
+// In: Photons, where those of each path begin. Out: keys and photon indices.
 #version 460
 #include "lib/pass.glsl"
 #if defined(NEAR_GRID) || defined(NEAR_CELLS)
@@ -13,7 +13,13 @@ PUSH(PhotonKeysPush);
 
 #if defined(NEAR_GRID)
 
-uint key_of(uint map, vec3 position_w) { return grid_slot(push.grids.at[map], position_w); }
+// Either is at a uniform place, their choice is not.
+PhotonGrid grid_of(uint map) {
+    PhotonGrid caustic = push.grids.at[MAP_CAUSTIC], global = push.grids.at[MAP_GLOBAL];
+    return map == MAP_CAUSTIC ? caustic : global;
+}
+
+uint key_of(uint map, vec3 position_w) { return grid_slot(grid_of(map), position_w); }
 
 #elif defined(NEAR_CELLS)
 
@@ -62,15 +68,10 @@ uint key_of(uint map, vec3 position_w) {
 #endif
 
 void main() {
-    Frame frame = push.frame.at[0];
-    uint path = thread_index();
-    if (path >= frame.paths) return;
-    uint to = push.path_offsets.at[path];
-    uint end = push.path_offsets.at[path + 1u];
-    for (uint i = 0u; to + i < end; i++) {
-        uint slot = push.path_slots.at[path * frame.max_depth + i];
-        uint index = slot & 0x7fffffffu;
-        push.keys.at[to + i] = key_of(slot >> 31, push.photons.at[index].position_w);
-        push.indices.at[to + i] = index;
-    }
+    uint index = thread_index();
+    if (index >= push.count) return;
+    Photon photon = push.photons.at[index];
+    uint to = push.path_offsets.at[photon.path] + (photon.number & 0x7fffffffu);
+    push.keys.at[to] = key_of(photon.number >> 31, photon.position_w);
+    push.indices.at[to] = index;
 }

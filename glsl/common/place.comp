@@ -13,7 +13,8 @@ void main() {
     PhotonMaps maps = push.maps.at[0];
     Photon photon = push.photons.at[push.indices.at[i]];
     maps.power.at[i] = photon.power;
-    float radius = push.frame.at[0].radius[i < maps.first[MAP_GLOBAL] ? MAP_CAUSTIC : MAP_GLOBAL];
+    vec2 radii = push.frame.at[0].radius;
+    float radius = i < maps.first[MAP_GLOBAL] ? radii[MAP_CAUSTIC] : radii[MAP_GLOBAL];
     // Rounding must not leave a photon at distance r outside: one step of the float grid more.
     precise vec3 extent = vec3(radius) + abs(photon.position_w) * 1.2e-7;
     precise PhotonBox box = PhotonBox(photon.position_w - extent, photon.position_w + extent);

@@ -5,18 +5,16 @@
 
 PUSH(SortPush);
 
-// Bits of a digit, and keys that a thread takes in order.
-layout(constant_id = 2) const uint SORT_DIGIT_BITS = 8u;
-layout(constant_id = 3) const uint SORT_CHUNK = 256u;
-const uint DIGITS = 1u << SORT_DIGIT_BITS;
+// Keys that a thread takes in order.
+layout(constant_id = 2) const uint SORT_CHUNK = 256u;
 
 void main() {
-    uint chunk = thread_index(), chunks = (push.count + SORT_CHUNK - 1u) / SORT_CHUNK;
+    uint digits = 1u << push.digit_bits, chunk = thread_index(), chunks = (push.count + SORT_CHUNK - 1u) / SORT_CHUNK;
     if (chunk >= chunks) return;
     uint begin = chunk * SORT_CHUNK;
     for (uint i = begin; i < min(begin + SORT_CHUNK, push.count); i++) {
         uint key = push.keys.at[i];
-        uint column = (key >> push.shift & (DIGITS - 1u)) * chunks + chunk;
+        uint column = (key >> push.shift & (digits - 1u)) * chunks + chunk;
         uint to = push.histogram.at[column];
         push.histogram.at[column] = to + 1u;
         push.keys_out.at[to] = key;

@@ -90,7 +90,9 @@ vec3 fresnel_reflection(Surface s, vec3 layer, float cos_theta) {
 // What the layer leaves for the diffuse lobe at this pair of directions (glTF appendix B, fresnel_mix).
 float diffuse_transmittance(vec3 f0, float f90, vec3 wo, vec3 wi) {
     if (!HAS_SPECULAR || f90 == 0.0) return 1.0;
-    return 1.0 - max_component(schlick(f0, vec3(f90), abs(dot(wo, normalize(wo + wi)))));
+    // Of wo or wi to the half vector: half the angle between them.
+    float cosine = sqrt(max(0.5 + 0.5 * dot(wo, wi), 0.0));
+    return 1.0 - max_component(schlick(f0, vec3(f90), cosine));
 }
 
 // Visible normals by spherical caps (Dupuy & Benyoub 2023); wo in the frame of the normal.

@@ -12,8 +12,8 @@ const bool RESERVOIR = false;
 const bool RESERVOIR = STOCHASTIC;
 #endif
 
-// What a search seeks and what it has found so far.
-struct Gather {
+// What photons are sought for, beside the position.
+struct Sample {
     vec3 wo;
     vec3 normal_g;
     vec2 fresnel;
@@ -22,12 +22,19 @@ struct Gather {
     vec2 edge_distance;
     // Only of a clipped disc.
     vec3 edge_normal[2];
-    Rng rng;
+};
 
+struct Found {
     vec3 sum;
     // Of half the radius.
     vec3 inner_sum;
-    uint found;
+    uint count;
+};
+
+struct Gather {
+    Sample at;
+    Found found;
+    Rng rng;
     uint kept[RESERVOIR ? RESERVOIR_MAX : 1u];
 };
 PAYLOAD(Gather, gather);
@@ -38,16 +45,16 @@ vec3 position_w;
 
 // Photons lie this far off the sample's plane at most: a quarter of the radius, which a surface with
 // a radius of curvature of twice the photons' stays within.
-float height() { return 0.25 * gather.radius; }
+float height() { return 0.25 * gather.at.radius; }
 
-float inner_radius2() { return 0.25 * gather.radius * gather.radius; }
+float inner_radius2() { return 0.25 * gather.at.radius * gather.at.radius; }
 
 // The sample lies within a radius of an edge.
-bool is_clipped() { return gather.edge_distance.x < gather.radius; }
+bool is_clipped() { return gather.at.edge_distance.x < gather.at.radius; }
 
 bool beyond_edges(vec3 offset_w) {
-    return dot(offset_w, gather.edge_normal[0]) < -gather.edge_distance.x
-        || dot(offset_w, gather.edge_normal[1]) < -gather.edge_distance.y;
+    return dot(offset_w, gather.at.edge_normal[0]) < -gather.at.edge_distance.x
+        || dot(offset_w, gather.at.edge_normal[1]) < -gather.at.edge_distance.y;
 }
 
 // A photon counts where it arrived on the side that the eye sees, on a face that looks the same way
@@ -55,30 +62,30 @@ bool beyond_edges(vec3 offset_w) {
 // the edges, and where the whole path is not longer than allowed.
 bool accepts(NearPhoton p) {
     vec3 offset_w = p.position_w - position_w;
-    return p.edges <= gather.longest
-        && dot(p.wi, gather.normal_g) > 0.0
-        && dot(p.normal_g, gather.normal_g) > FOLD_COSINE
-        && abs(dot(offset_w, gather.normal_g)) <= height()
+    return p.edges <= gather.at.longest
+        && dot(p.wi, gather.at.normal_g) > 0.0
+        && dot(p.normal_g, gather.at.normal_g) > FOLD_COSINE
+        && abs(dot(offset_w, gather.at.normal_g)) <= height()
         && !(is_clipped() && beyond_edges(offset_w));
 }
 
 vec3 evaluate(NearPhoton p) {
-    return p.flux * diffuse_transmittance(vec3(gather.fresnel.x), gather.fresnel.y, gather.wo, p.wi);
+    return p.flux * diffuse_transmittance(vec3(gather.at.fresnel.x), gather.at.fresnel.y, gather.at.wo, p.wi);
 }
 
 void add(NearPhoton p) {
     vec3 flux = evaluate(p), offset_w = p.position_w - position_w;
-    gather.sum += flux;
-    if (dot(offset_w, offset_w) <= inner_radius2() && abs(dot(offset_w, gather.normal_g)) <= 0.5 * height()) gather.inner_sum += flux;
+    gather.found.sum += flux;
+    if (dot(offset_w, offset_w) <= inner_radius2() && abs(dot(offset_w, gather.at.normal_g)) <= 0.5 * height()) gather.found.inner_sum += flux;
 }
 
 void visit_photon(uint index, NearPhoton photon) {
     if (!accepts(photon)) return;
-    uint place = gather.found++;
+    uint place = gather.found.count++;
     if (!RESERVOIR) {
         add(photon);
         return;
     }
-    if (place >= push.reservoir) place = uint(next4(gather.rng).x * float(gather.found));
+    if (place >= push.reservoir) place = uint(next4(gather.rng).x * float(gather.found.count));
     if (place < push.reservoir) gather.kept[place] = index;
 }

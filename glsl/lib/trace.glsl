@@ -161,30 +161,32 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
     uint place = 0u, base = 0u;
     for (;;) {
         // Leaves come out of the inner loop, so that neighbouring threads test triangles together.
-        while (count == 0u && node != NONE) {
-            BvhNode n = world.nodes.at[node];
-            float t0 = enter_box(n.min0_w, n.max0_w, origin, inverse, t_max);
-            float t1 = enter_box(n.min1_w, n.max1_w, origin, inverse, t_max);
-            bool swap = t0 < 0.0 || (t1 >= 0.0 && t1 < t0);
-            uint near_child = swap ? n.child1 : n.child0, near_count = swap ? n.count1 : n.count0;
-            float t_near = swap ? t1 : t0, t_far = swap ? t0 : t1;
-            if (t_far >= 0.0) {
-                // A leaf is pushed as its triangles: count (at most 15) above 28 bits of index.
-                uint far_child = swap ? n.child0 : n.child1, far_count = swap ? n.count0 : n.count1;
-                stack[top++] = far_child | far_count << 28;
+        do {
+            if (count == 0u && node != NONE) {
+                BvhNode n = world.nodes.at[node];
+                float t0 = enter_box(n.min0_w, n.max0_w, origin, inverse, t_max);
+                float t1 = enter_box(n.min1_w, n.max1_w, origin, inverse, t_max);
+                bool swap = t0 < 0.0 || (t1 >= 0.0 && t1 < t0);
+                uint near_child = swap ? n.child1 : n.child0, near_count = swap ? n.count1 : n.count0;
+                float t_near = swap ? t1 : t0, t_far = swap ? t0 : t1;
+                if (t_far >= 0.0) {
+                    // A leaf is pushed as its triangles: count (at most 15) above 28 bits of index.
+                    uint far_child = swap ? n.child0 : n.child1, far_count = swap ? n.count0 : n.count1;
+                    stack[top++] = far_child | far_count << 28;
+                }
+                node = NONE;
+                if (t_near >= 0.0) {
+                    if (near_count == 0u) node = near_child;
+                    first = near_child;
+                    count = near_count;
+                } else if (top > base) {
+                    uint entry = stack[--top];
+                    count = entry >> 28;
+                    first = entry & 0x0fffffffu;
+                    if (count == 0u) node = first;
+                }
             }
-            node = NONE;
-            if (t_near >= 0.0) {
-                if (near_count == 0u) node = near_child;
-                first = near_child;
-                count = near_count;
-            } else if (top > base) {
-                uint entry = stack[--top];
-                count = entry >> 28;
-                first = entry & 0x0fffffffu;
-                if (count == 0u) node = first;
-            }
-        }
+        } while (count == 0u && node != NONE);
         if (HAS_INSTANCES && count == LEAF_PLACEMENT) {
             Placement p = world.placements.at[first];
             mat3 m = mesh_from_world(p);
@@ -211,7 +213,8 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
             continue;
         }
         if (count == 0u) return found;
-        for (uint i = first; i < first + count; i++) {
+        uint i = first, end = first + count;
+        do {
             vec3 a = world.positions_w.at[3u * i] - origin;
             vec3 b = world.positions_w.at[3u * i + 1u] - origin;
             vec3 c = world.positions_w.at[3u * i + 2u] - origin;
@@ -231,7 +234,7 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
                     t_max = t;
                 }
             }
-        }
+        } while (++i < end);
         if (any && found.x != NONE) return found;
         count = 0u;
         if (top > base) {

@@ -21,10 +21,10 @@ const CULL_BELOW: f32 = 0.75;
 /// Sets the first radii, culling, and buffer sizes of the engine.
 pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
     engine.begin(0);
-    engine.trace_paths()?;
+    let counts = engine.trace_paths()?;
     let samples = view_samples(engine)?;
-    let photons = engine.traced().positions(&engine.gpu, &engine.frame_data)?;
-    let stored = photons[0].len() + photons[1].len();
+    let photons = engine.traced().positions(&engine.gpu, counts)?;
+    let stored = counts[0] + counts[1];
 
     let pixel = pixel_footprint(&samples).unwrap_or(engine.world.radius() * 1e-3);
     let least = engine.world.resolution();

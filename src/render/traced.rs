@@ -17,38 +17,29 @@ pub struct Traced {
     pub photons: Buffer<Photon>,
     /// Photons of each path; then, scanned, where each path's begin.
     pub path_photons: Buffer<u32>,
-    pub path_slots: Buffer<u32>,
     pub counters: Buffer<Counters>,
     counted: Buffer<Counters>,
 }
 
 impl Traced {
-    /// For so many pixels, and light paths of up to `max_depth` edges.
-    pub fn new(gpu: &Gpu, pixels: usize, paths: u32, max_depth: u32) -> Result<Self> {
+    /// For so many pixels and light paths.
+    pub fn new(gpu: &Gpu, pixels: usize, paths: u32) -> Result<Self> {
         Ok(Self {
             frame: gpu.buffer("frame", 1)?,
             samples: gpu.buffer("view samples", pixels)?,
             pixels: gpu.buffer("pixels", pixels)?,
             photons: gpu.buffer("photons", first_capacity(paths))?,
             path_photons: gpu.buffer("path photons", paths as usize + 1)?,
-            path_slots: gpu.buffer("path slots", paths as usize * max_depth as usize)?,
             counters: gpu.buffer("counters", 1)?,
             counted: gpu.host_buffer("counted", 1)?,
         })
     }
 
-    /// Positions (m) of the caustic and the global photons, before they are sorted.
-    pub fn positions(&self, gpu: &Gpu, frame: &Frame) -> Result<[Vec<Vec3>; 2]> {
-        let counts = gpu.read(&self.path_photons, 0..frame.paths as usize)?;
-        let slots = gpu.read(&self.path_slots, 0..self.path_slots.len())?;
-        let photons = gpu.read(&self.photons, 0..self.photons.len())?;
+    /// Positions (m) of the first `counts` caustic and global photons, in any order.
+    pub fn positions(&self, gpu: &Gpu, counts: [u32; 2]) -> Result<[Vec<Vec3>; 2]> {
         let mut positions = [Vec::new(), Vec::new()];
-        for (slots, count) in slots.chunks_exact(frame.max_depth as usize).zip(counts) {
-            for slot in slots.iter().take(count as usize) {
-                if let Some(photon) = photons.get((slot & 0x7fff_ffff) as usize) {
-                    positions[(slot >> 31) as usize].push(photon.position_w.into());
-                }
-            }
+        for photon in gpu.read(&self.photons, 0..(counts[0] + counts[1]) as usize)? {
+            positions[(photon.number >> 31) as usize].push(photon.position_w.into());
         }
         Ok(positions)
     }
@@ -79,8 +70,8 @@ pub struct Turns {
 
 impl Turns {
     /// One set for CPU devices and for techniques without light paths; else two, where there is memory for both.
-    pub fn new(gpu: &Gpu, pixels: usize, paths: u32, max_depth: u32) -> Result<Self> {
-        let set = || Traced::new(gpu, pixels, paths, max_depth);
+    pub fn new(gpu: &Gpu, pixels: usize, paths: u32) -> Result<Self> {
+        let set = || Traced::new(gpu, pixels, paths);
         let mut sets = vec![set()?];
         if paths > 0 && gpu.info().kind != DeviceKind::Cpu {
             sets.extend(set().ok());

@@ -14,6 +14,8 @@ const NAMES: [&str; 2] = ["gather", "gather stochastic"];
 /// The gather pass in both ways to evaluate, and what it reads.
 pub struct Gather {
     passes: [Pass; 2],
+    /// View samples that a thread of either gathers at.
+    points: [u32; 2],
     /// The faster of the two, as last measured.
     stochastic: bool,
     pub maps: Buffer<PhotonMaps>,
@@ -25,7 +27,15 @@ impl Gather {
     /// With the gather pass of this stem, and a photon list's length for those that need one.
     pub fn new(engine: &Engine, stem: &str, list_length: u32) -> Result<Self> {
         let code = spirv(stem)?;
-        Self::with(engine, list_length, |name, constants| {
+        Self::with(engine, list_length, 1, |name, constants| {
+            engine.gpu.pass(name, code, constants, None)
+        })
+    }
+
+    /// With a pass whose threads gather at so many view samples each, where they evaluate all photons.
+    pub fn for_points(engine: &Engine, stem: &str, points: u32) -> Result<Self> {
+        let code = spirv(stem)?;
+        Self::with(engine, 0, points, |name, constants| {
             engine.gpu.pass(name, code, constants, None)
         })
     }
@@ -34,15 +44,20 @@ impl Gather {
     pub fn with(
         engine: &Engine,
         list_length: u32,
+        points: u32,
         pass: impl Fn(&'static str, &[u32]) -> Result<Pass>,
     ) -> Result<Self> {
         let subgroup = engine.gpu.info().caps.subgroup_size;
-        let pass = |name, features| {
-            let constants = [engine.world.features | features, 0, subgroup, list_length];
-            pass(name, &constants)
+        let pass = |name, features, points| {
+            let features = engine.world.features | features;
+            pass(name, &[features, 0, subgroup, list_length, points])
         };
         Ok(Self {
-            passes: [pass(NAMES[0], 0)?, pass(NAMES[1], FEATURE_STOCHASTIC)?],
+            passes: [
+                pass(NAMES[0], 0, points)?,
+                pass(NAMES[1], FEATURE_STOCHASTIC, 1)?,
+            ],
+            points: [points, 1],
             stochastic: engine.evaluate != Evaluate::Full,
             maps: engine.gpu.buffer("photon maps", 1)?,
             statistics: Ptr::null(),
@@ -92,8 +107,9 @@ impl Gather {
                 map,
                 reservoir: engine.reservoir,
             };
-            let pass = &self.passes[usize::from(stochastic)];
-            commands.dispatch(pass, &push, engine.view.tiled_threads());
+            let way = usize::from(stochastic);
+            let threads = engine.view.tiled_threads() / self.points[way] as usize;
+            commands.dispatch(&self.passes[way], &push, threads);
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::Technique;
 use super::gather::{Gather, SortedPhotons};
-use crate::gpu::{Buffer, Commands, Pass, Ptr};
+use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Pass, Ptr};
 use crate::photons::Order;
 use crate::render::Engine;
 use crate::shaders::spirv;
@@ -14,7 +14,7 @@ use std::mem::offset_of;
 
 /// Cells per radius along x, y and z. A search spans few rows, and along them only what it reaches; see
 /// also [`GRID_JOIN`].
-const FINENESS: Vec3 = Vec3::new(2.0, 0.5, 0.5);
+const FINENESS: Vec3 = Vec3::new(3.0, 0.5, 0.5);
 /// Slots for each photon, at least.
 const SLOTS_PER_PHOTON: usize = 2;
 /// Of a map's table: enough for the longest run of cells that a search reaches in each of 16 parts.
@@ -67,7 +67,7 @@ impl HashGrid {
         Ok(Self {
             keys: gpu.pass("sort", spirv("hash-grid.keys")?, &[], None)?,
             starts: gpu.pass("build", spirv("hash-grid.starts")?, &[], None)?,
-            gather: Gather::new(engine, "hash-grid.gather", 0)?,
+            gather: Gather::for_points(engine, "hash-grid.gather", points(gpu))?,
             photons: SortedPhotons::positions(engine)?,
             table: table(engine)?,
         })
@@ -122,6 +122,14 @@ impl HashGrid {
             slots,
         };
         commands.dispatch(&self.starts, &push, push.count as usize + 1);
+    }
+}
+
+/// View samples that a thread gathers at: a CPU device has few threads in a subgroup to share rows and photons.
+fn points(gpu: &Gpu) -> u32 {
+    match gpu.info().kind {
+        DeviceKind::Cpu => 4,
+        _ => 1,
     }
 }
 

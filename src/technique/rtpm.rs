@@ -55,7 +55,7 @@ impl Rtpm {
                     ..RayShaders::default()
                 };
                 let code = spirv(&stem)?;
-                Gather::with(engine, 0, |name, constants| {
+                Gather::with(engine, 0, 1, |name, constants| {
                     engine.gpu.ray_pass(name, code, &called, constants, None)
                 })?
             }
