@@ -2,98 +2,13 @@
 //!
 //! `shared_structs!` makes the `Pod` struct and [`glsl_header`] prints its GLSL twin in scalar
 //! layout, so the two cannot differ: `Pod` refuses hidden padding at compile time, and scalar
-//! layout adds none. A [`Ptr<T>`] is a buffer reference named `TRef` with one member, `at[]`.
+//! layout adds none. See [`glsl`] for what else GLSL gets.
+
+pub mod glsl;
 
 use crate::gpu::{GROUP_SIZE, Ptr};
 use bytemuck::{Pod, Zeroable};
-
-/// A type with a GLSL spelling.
-pub trait Glsl: 'static {
-    /// Its name in GLSL.
-    fn name() -> String;
-    /// Appends the declarations that the name needs, each once.
-    fn declare(_header: &mut Header) {}
-}
-
-/// GLSL text under construction.
-#[derive(Default)]
-pub struct Header {
-    declared: Vec<String>,
-    text: String,
-}
-
-impl Header {
-    fn add(&mut self, name: String, declaration: &str) {
-        if !self.declared.contains(&name) {
-            self.declared.push(name);
-            self.text += declaration;
-        }
-    }
-}
-
-macro_rules! glsl_primitives {
-    ($($rust:ty => $glsl:literal),* $(,)?) => {$(
-        impl Glsl for $rust {
-            fn name() -> String {
-                $glsl.into()
-            }
-        }
-    )*};
-}
-
-glsl_primitives! {
-    f32 => "float", u32 => "uint", i32 => "int",
-    [f32; 2] => "vec2", [f32; 3] => "vec3", [f32; 4] => "vec4",
-    [u32; 2] => "uvec2", [u32; 3] => "uvec3", [u32; 4] => "uvec4",
-}
-
-impl<T: Glsl> Glsl for Ptr<T> {
-    fn name() -> String {
-        T::name() + "Ref"
-    }
-    fn declare(header: &mut Header) {
-        T::declare(header);
-        let (name, element) = (Self::name(), T::name());
-        header.add(
-            name.clone(),
-            &format!(
-                "layout(buffer_reference, scalar, buffer_reference_align = 4) buffer {name} {{ {element} at[]; }};\n"
-            ),
-        );
-    }
-}
-
-macro_rules! shared_structs {
-    ($($(#[$meta:meta])* struct $name:ident { $($(#[$field_meta:meta])* $field:ident: $ty:ty,)* })*) => {
-        $(
-            $(#[$meta])*
-            #[repr(C)]
-            #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-            pub struct $name { $($(#[$field_meta])* pub $field: $ty,)* }
-
-            impl Default for $name {
-                fn default() -> Self {
-                    Zeroable::zeroed()
-                }
-            }
-
-            impl Glsl for $name {
-                fn name() -> String {
-                    stringify!($name).into()
-                }
-                fn declare(header: &mut Header) {
-                    $(<$ty>::declare(header);)*
-                    let fields = [$(format!("    {} {};\n", <$ty>::name(), stringify!($field))),*].concat();
-                    header.add(Self::name(), &format!("struct {} {{\n{fields}}};\n", Self::name()));
-                }
-            }
-        )*
-
-        fn declare_structs(header: &mut Header) {
-            $(<$name>::declare(header);)*
-        }
-    };
-}
+use glsl::{Glsl, Header, shared_structs};
 
 macro_rules! shared_constants {
     ($($(#[$meta:meta])* $name:ident = $value:expr;)*) => {
@@ -232,6 +147,7 @@ shared_structs! {
         alpha_cutoff: f32,
         normal_scale: f32,
         flags: u32,
+        unused: u32,
     }
 
     /// A material's use of a texture: its number or NONE, the UV set, and (u', v') = rows · (u, v, 1).
@@ -264,6 +180,7 @@ shared_structs! {
         cos_outer: f32,
         /// The way to it from the light tree's root: a bit for each level, the lowest first, 1 for the right child.
         trail: u32,
+        unused: u32,
     }
 
     /// A group of lights, or one (see `light_tree.glsl`).
@@ -297,6 +214,7 @@ shared_structs! {
         node: u32,
         /// The same for each traversal; 0 for what is shown once.
         number: u32,
+        unused: u32,
     }
 
     /// Light from all around (see `environment.glsl`).
@@ -407,6 +325,7 @@ shared_structs! {
         /// direction from the edge to here.
         edge_distance: [f32; 2],
         edge_normal: [u32; 2],
+        unused: u32,
     }
 
     /// A photon as emission leaves it. Its power and a box (24 bytes) take 40 (Kern et al. 2023, table 2).
@@ -416,6 +335,7 @@ shared_structs! {
         path: u32,
         /// How many photons the path left before this one; the map in the top bit.
         number: u32,
+        unused: u32,
     }
 
     /// What a photon carries.
@@ -484,6 +404,7 @@ shared_structs! {
         bias: [f32; 2],
         /// Photons within the radius, of the caustic and the global map; counted only where pixels have radii of their own.
         found: [u32; 2],
+        unused: u32,
     }
 
     /// What `sppm` keeps of a pixel, of the caustic and the global map.

@@ -19,12 +19,13 @@ const FOUND: [f64; 2] = [10.0, 100.0];
 const RADIUS_MAX: f32 = 0.2;
 const STEPS: usize = 1000;
 
-/// Medians [ms], and how many pixels of the last iteration's picture differ from the first variant's
-/// by more than 1e-4 of their value.
+/// Medians [ms], the sum of each run, and how many pixels of the last iteration's picture differ from the first
+/// variant's by more than 1e-4 of their value.
 struct Cost {
     sort: f64,
     build: f64,
     gather: f64,
+    sums: Vec<f64>,
     differ: usize,
 }
 
@@ -56,24 +57,32 @@ pub fn run(gpu: &Gpu) -> Result<()> {
     let (paths, counts) = calibrate(gpu, &scene)?;
     let variants = variants(gpu);
     println!(
-        "| found | radius [m] | photons in | sort [ms] | build [ms] | gather [ms] | sum [ms] | of the row grid's | pixels that differ |"
+        "| found | radius [m] | photons in | sort [ms] | build [ms] | gather [ms] | sum [ms] | of the row grid's | least, most | pixels that differ |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for wish in FOUND {
         let step = counts.iter().position(|c| *c >= wish).unwrap_or(STEPS - 1);
         let radius = RADIUS_MAX * (step + 1) as f32 / STEPS as f32;
         let costs = measure(gpu, &scene, paths, radius, &variants)?;
-        let sum = |c: &Cost| c.sort + c.build + c.gather;
         for (variant, cost) in variants.iter().zip(&costs) {
+            // Of each turn: machines are slow for a while, and for all alike.
+            let mut ratios: Vec<f64> = cost
+                .sums
+                .iter()
+                .zip(&costs[0].sums)
+                .map(|(sum, first)| sum / first)
+                .collect();
+            let ratio = median(&mut ratios);
             println!(
-                "| {:.1} | {radius:.4} | {} | {:.1} | {:.1} | {:.1} | {:.1} | **{:.2}** | {} |",
+                "| {:.1} | {radius:.4} | {} | {:.1} | {:.1} | {:.1} | {:.1} | **{ratio:.2}** | {:.2}, {:.2} | {} |",
                 counts[step],
                 variant.0,
                 cost.sort,
                 cost.build,
                 cost.gather,
-                sum(cost),
-                sum(cost) / sum(&costs[0]),
+                median(&mut cost.sums.clone()),
+                ratios[0],
+                ratios[ratios.len() - 1],
                 cost.differ,
             );
         }
@@ -168,6 +177,10 @@ fn measure(
                 };
                 *parts.entry(part).or_default() += ms - before.get(pass).unwrap_or(&0.0);
             }
+            times
+                .entry("sum")
+                .or_default()
+                .push(parts.values().sum::<f64>());
             for (part, ms) in parts {
                 times.entry(part).or_default().push(ms);
             }
@@ -192,6 +205,7 @@ fn measure(
             sort: of("sort"),
             build: of("build"),
             gather: of("gather"),
+            sums: times.remove("sum").unwrap_or_default(),
             differ: first
                 .chunks(3)
                 .zip(beauty.chunks(3))

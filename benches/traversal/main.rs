@@ -16,7 +16,7 @@ mod shapes;
 use common::{median, open};
 
 /// Measured runs of each variant, after one that compiles pipelines and warms caches.
-const RUNS: usize = 7;
+const RUNS: usize = 11;
 
 fn main() -> lightfall::Result<()> {
     let words: Vec<String> = std::env::args()

@@ -10,7 +10,7 @@ void main() {
     Frame frame = push.frame.at[0];
     uint index = thread_index();
     if (index >= frame.size.x * frame.size.y) return;
-    ViewSample view = push.samples.at[index];
+    ViewSample view = load_ViewSample(push.samples, index);
     if (view.weight == vec3(0.0)) return;
     vec3 p = cull_cell_position(view.position_w, max(frame.radius[MAP_CAUSTIC], frame.radius[MAP_GLOBAL]));
     ivec3 cell = ivec3(floor(p));

@@ -65,7 +65,7 @@ LightPath begin(World world, Frame frame, uint index) {
 }
 
 // u: uniform. Drawn for every event, so that rejection changes no path.
-void store(Frame frame, Surface s, float u, inout LightPath path) {
+void store_photon(Frame frame, Surface s, float u, inout LightPath path) {
     uint map = path.edges > 1u && path.specular_only ? MAP_CAUSTIC : MAP_GLOBAL;
     float keep = map == MAP_GLOBAL ? 1.0 - frame.reject : 1.0;
     if (u >= keep) {
@@ -84,7 +84,7 @@ void store(Frame frame, Surface s, float u, inout LightPath path) {
     photon.path = path.index;
     photon.number = path.stored++ | map << 31;
     photon.power = pack_power(path.flux * (shading_ratio(s) / (keep * s.coverage)), s.wo, s.normal_g, path.edges);
-    push.photons.at[slot] = photon;
+    store_Photon(push.photons, slot, photon);
     if (map == MAP_CAUSTIC) atomicAdd(push.counters.at[0].caustic_photons, 1u);
 }
 
@@ -108,7 +108,7 @@ bool extend(World world, Frame frame, inout LightPath path) {
     path.flux *= segment_transmittance(s, path.medium, hit.distance_w);
     vec4 u = next4(path.rng), v = next4(path.rng);
     // Light straight from a light is found by rays, if so asked.
-    if (max_component(diffuse_color(s)) > 0.0 && !(DIRECT_RAYS && path.edges == 1u)) store(frame, s, v.z, path);
+    if (max_component(diffuse_color(s)) > 0.0 && !(DIRECT_RAYS && path.edges == 1u)) store_photon(frame, s, v.z, path);
 
     BsdfSample event = sample_bsdf(s, false, u, v.xy);
     path.specular_only = path.specular_only && event.lobe != LOBE_DIFFUSE;

@@ -36,8 +36,8 @@ void main() {
     Frame frame = push.frame.at[0];
     uint index = thread_index();
     if (index >= frame.size.x * frame.size.y) return;
-    FramePixel x = push.pixels.at[index];
-    FilmPixel film = push.film.at[index];
+    FramePixel x = load_FramePixel(push.pixels, index);
+    FilmPixel film = load_FilmPixel(push.film, index);
     float n = float(frame.iteration + 1u);
 
     // Welford 1962, as a running mean of (x - m_before)(x - m_after).
@@ -57,5 +57,5 @@ void main() {
     update3(film.albedo, film.albedo_low, x.albedo, n);
     update3(film.normal_w, film.normal_w_low, x.normal_w, n);
     update(film.depth, film.depth_low, x.depth, n);
-    push.film.at[index] = film;
+    store_FilmPixel(push.film, index, film);
 }

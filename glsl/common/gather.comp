@@ -34,8 +34,9 @@ bool begin(Frame frame, uint thread, out uint index) {
     bool inside = pixel_of_thread(frame, thread, pixel);
     index = pixel.y * frame.size.x + pixel.x;
     if (!inside) return false;
-    ViewSample view = push.samples.at[index];
+    ViewSample view = load_ViewSample(push.samples, index);
     position_w = view.position_w;
+    gather.at.weight = view.weight;
     gather.at.wo = unpack_direction(view.wo);
     gather.at.normal_g = unpack_direction(view.normal_g);
     gather.at.fresnel = unpackHalf2x16(view.fresnel);
@@ -67,7 +68,7 @@ void finish(PhotonMaps maps, uint index) {
         area = clipped_disc_area(gather.at.radius, gather.at.edge_distance, cosine);
         inner_area = clipped_disc_area(0.5 * gather.at.radius, gather.at.edge_distance, cosine);
     }
-    vec3 weight = push.samples.at[index].weight, radiance = weight * gather.found.sum / area;
+    vec3 weight = gather.at.weight, radiance = weight * gather.found.sum / area;
     push.pixels.at[index].bias[push.map] = luminance(radiance - weight * gather.found.inner_sum / inner_area);
 #ifdef PIXEL_RADII
     push.pixels.at[index].found[push.map] = gather.found.count;

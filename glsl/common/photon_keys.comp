@@ -70,7 +70,7 @@ uint key_of(uint map, vec3 position_w) {
 void main() {
     uint index = thread_index();
     if (index >= push.count) return;
-    Photon photon = push.photons.at[index];
+    Photon photon = load_Photon(push.photons, index);
     uint to = push.path_offsets.at[photon.path] + (photon.number & 0x7fffffffu);
     push.keys.at[to] = key_of(photon.number >> 31, photon.position_w);
     push.indices.at[to] = index;

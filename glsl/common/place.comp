@@ -11,15 +11,15 @@ void main() {
     uint i = thread_index();
     if (i >= push.count) return;
     PhotonMaps maps = push.maps.at[0];
-    Photon photon = push.photons.at[push.indices.at[i]];
-    maps.power.at[i] = photon.power;
+    Photon photon = load_Photon(push.photons, push.indices.at[i]);
+    store_PhotonPower(maps.power, i, photon.power);
     vec2 radii = push.frame.at[0].radius;
     float radius = i < maps.first[MAP_GLOBAL] ? radii[MAP_CAUSTIC] : radii[MAP_GLOBAL];
     // Rounding must not leave a photon at distance r outside: one step of the float grid more.
     precise vec3 extent = vec3(radius) + abs(photon.position_w) * 1.2e-7;
     precise PhotonBox box = PhotonBox(photon.position_w - extent, photon.position_w + extent);
 #ifdef TRACE_QUERY
-    maps.boxes.at[i] = box;
+    store_PhotonBox(maps.boxes, i, box);
 #else
     maps.positions_w.at[i] = box_middle(box);
 #endif

@@ -74,6 +74,6 @@ void main() {
         }
         if (!depart(s, event, path)) break;
     }
-    push.samples.at[index] = result;
-    push.pixels.at[index] = seen;
+    store_ViewSample(push.samples, index, result);
+    store_FramePixel(push.pixels, index, seen);
 }

@@ -14,13 +14,13 @@ float light_pdf_solid_angle(World world, vec3 from_w, uint triangle, vec2 bary, 
     uint low = 0u, high = world.first_delta_light;
     while (low < high) {
         uint middle = (low + high) / 2u;
-        Light light = world.lights.at[world.lights_by_triangle.at[middle]];
+        Light light = load_Light(world.lights, world.lights_by_triangle.at[middle]);
         if (light.triangle < triangle || (light.triangle == triangle && light.part <= key)) low = middle + 1u;
         else high = middle;
     }
     if (low == 0u) return 0.0;
     uint index = world.lights_by_triangle.at[low - 1u];
-    Light light = world.lights.at[index];
+    Light light = load_Light(world.lights, index);
     // Dark parts are no lights.
     uint length = uint(square(light.part_edge) * float(1u << 2u * PART_LEVELS));
     if (light.triangle != triangle || key - light.part >= length) return 0.0;
@@ -56,7 +56,7 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
     LightSample l;
     l.light = Direct(vec3(0.0), vec3(0.0));
     float probability;
-    Light light = world.lights.at[choose_light_near(world, s.position_w, choice, probability)];
+    Light light = load_Light(world.lights, choose_light_near(world, s.position_w, choice, probability));
     vec3 irradiance = vec3(0.0);
     float pdf_light = 0.0;
     if (HAS_AREA_LIGHTS && light.kind == LIGHT_TRIANGLE) {

@@ -50,7 +50,7 @@ EnvironmentLight environment_towards(Environment e, vec3 direction_w) {
     // poles.
     bool north = direction_w.y >= 0.0;
     float large = 0.5 * (1.0 + abs(direction_w.y)), small = r2 / (4.0 * large);
-    vec2 top = e.rows.at[cell.row].half_angle2, bottom = e.rows.at[cell.row + 1u].half_angle2;
+    vec2 top = load_EnvironmentRow(e.rows, cell.row).half_angle2, bottom = load_EnvironmentRow(e.rows, cell.row + 1u).half_angle2;
     float along = north ? (small - top.x) / (bottom.x - top.x) : (top.y - small) / (top.y - bottom.y);
     return environment_light(e, cell, clamp(vec2(x - float(cell.column), along), vec2(0.0), vec2(1.0)));
 }
@@ -90,7 +90,7 @@ EnvironmentLight sample_environment(Environment e, vec2 u, out vec3 direction_w)
     vec2 line = mix(w.xy, w.zw, at.y);
     at.x = sample_linear(u.x, line.x, line.y);
 
-    vec2 half_angle2 = mix(e.rows.at[row].half_angle2, e.rows.at[row + 1u].half_angle2, at.y);
+    vec2 half_angle2 = mix(load_EnvironmentRow(e.rows, row).half_angle2, load_EnvironmentRow(e.rows, row + 1u).half_angle2, at.y);
     float azimuth = 2.0 * PI * ((float(column) + 0.5 + at.x) / float(e.size.x) - 0.5 - e.rotation);
     float r = 2.0 * sqrt(half_angle2.x * half_angle2.y);
     direction_w = vec3(r * cos(azimuth), half_angle2.y - half_angle2.x, r * sin(azimuth));

@@ -14,6 +14,7 @@ const bool RESERVOIR = STOCHASTIC;
 
 // What photons are sought for, beside the position.
 struct Sample {
+    vec3 weight;
     vec3 wo;
     vec3 normal_g;
     vec2 fresnel;

@@ -31,7 +31,7 @@ float sample_spot_cosine(Light light, float u, out float total) {
 uint choose_light(World world, uvec2 bits) {
     uint row, rest;
     umulExtended(bits.x, world.light_count, row, rest);
-    Light light = world.lights.at[row];
+    Light light = load_Light(world.lights, row);
     return float(bits.y >> 8u) * 5.9604644775390625e-8 < light.alias_threshold ? row : light.alias;
 }
 
@@ -71,7 +71,7 @@ uint part_key(vec2 bary) {
 
 // u: where on the light; v: direction.
 Emission emit_photon(World world, uint index, uint paths, vec2 u, vec2 v) {
-    Light light = world.lights.at[index];
+    Light light = load_Light(world.lights, index);
     Emission e;
     float share = 1.0 / (light.probability * float(paths));
     if (HAS_AREA_LIGHTS && light.kind == LIGHT_TRIANGLE) {

@@ -11,13 +11,13 @@ float light_importance(LightNode n, vec3 position_w) {
 
 // Of the right one of two children.
 float right_probability(World world, LightNode parent, vec3 position_w) {
-    float left = light_importance(world.light_tree.at[parent.child], position_w);
-    float right = light_importance(world.light_tree.at[parent.child + 1u], position_w);
+    float left = light_importance(load_LightNode(world.light_tree, parent.child), position_w);
+    float right = light_importance(load_LightNode(world.light_tree, parent.child + 1u), position_w);
     return right / (left + right);
 }
 
 uint choose_light_near(World world, vec3 position_w, uvec2 bits, out float probability) {
-    LightNode n = world.light_tree.at[0];
+    LightNode n = load_LightNode(world.light_tree, 0u);
     float u = float(bits.x >> 8u) * 5.9604644775390625e-8;
     probability = 1.0;
     for (uint level = 0u; n.child != NONE; level++) {
@@ -28,20 +28,20 @@ uint choose_light_near(World world, vec3 position_w, uvec2 bits, out float proba
         float chance = goes_right ? right : 1.0 - right;
         u = min((goes_right ? u : u - right) / chance, 0.99999994);
         probability *= chance;
-        n = world.light_tree.at[n.child + uint(goes_right)];
+        n = load_LightNode(world.light_tree, n.child + uint(goes_right));
     }
     return n.light;
 }
 
 // With which it chooses `light`.
 float light_probability(World world, uint light, vec3 position_w) {
-    LightNode n = world.light_tree.at[0];
+    LightNode n = load_LightNode(world.light_tree, 0u);
     uint trail = world.lights.at[light].trail;
     float probability = 1.0;
     for (; n.child != NONE; trail >>= 1u) {
         float right = right_probability(world, n, position_w);
         probability *= (trail & 1u) != 0u ? right : 1.0 - right;
-        n = world.light_tree.at[n.child + (trail & 1u)];
+        n = load_LightNode(world.light_tree, n.child + (trail & 1u));
     }
     return probability;
 }

@@ -19,14 +19,14 @@ NearPhoton unpack_photon(PhotonPower power, vec3 position_w) {
 
 vec3 photon_position(PhotonMaps maps, uint index) {
 #if defined(TRACE_QUERY) || defined(TRACE_PIPELINE)
-    return box_middle(maps.boxes.at[index]);
+    return box_middle(load_PhotonBox(maps.boxes, index));
 #else
     return maps.positions_w.at[index];
 #endif
 }
 
 NearPhoton photon_at(PhotonMaps maps, uint index) {
-    return unpack_photon(maps.power.at[index], photon_position(maps, index));
+    return unpack_photon(load_PhotonPower(maps.power, index), photon_position(maps, index));
 }
 
 bool photon_is_near(PhotonMaps maps, uint index, vec3 position_w, float radius2) {

@@ -94,8 +94,10 @@ void search_runs(PhotonMaps maps, uvec2 run, Party party, float radius2) {
         } while (waiting < LANES && tested < count);
         NearPhoton read;
         if (lane < waiting) read = photon_at(maps, lane_waiting);
-        [[unroll]] for (uint k = 0u; k < LANES; k++)
+        uint k = 0u;
+        do {
             if (k < waiting) show(k, lane_waiting, read, radius2);
+        } while (++k < min(waiting, LANES));
         lane_waiting = lane_beyond;
         waiting = max(waiting, LANES) - LANES;
     } while (tested < count || waiting > 0u);

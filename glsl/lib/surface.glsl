@@ -9,7 +9,7 @@ bool has_slot(uint slot) { return (FEATURES >> slot & FEATURE_SLOT) != 0u; }
 // One slot of a material; white where the slot is empty.
 vec4 fetch(World world, uint material, uint slot, vec2 uv0, vec2 uv1) {
     if (!has_slot(slot)) return vec4(1.0);
-    TextureSlot t = world.texture_slots.at[material * SLOTS_PER_MATERIAL + slot];
+    TextureSlot t = load_TextureSlot(world.texture_slots, material * SLOTS_PER_MATERIAL + slot);
     if (t.texture == NONE) return vec4(1.0);
     vec3 uv = vec3(t.uv_set == 0u ? uv0 : uv1, 1.0);
     return textureLod(textures[nonuniformEXT(t.texture)], vec2(dot(t.row0, uv), dot(t.row1, uv)), 0.0);
@@ -34,14 +34,14 @@ Corners corners_of(World world, uint triangle) {
 Corners corners_at(World world, uint triangle, uint place) {
     Corners c = corners_of(world, triangle);
     if (!HAS_INSTANCES) return c;
-    Placement p = world.placements.at[place];
+    Placement p = load_Placement(world.placements, place);
     mat3 m = world_from_mesh(p);
     return Corners(m * c.p0 + p.origin_w, m * c.p1 + p.origin_w, m * c.p2 + p.origin_w);
 }
 
 vec3 normal_at(World world, uint vertex, uint place) {
     vec3 n = world.normals_w.at[vertex];
-    return HAS_INSTANCES ? normalize(n * mesh_from_world(world.placements.at[place])) : n;
+    return HAS_INSTANCES ? normalize(n * mesh_from_world(load_Placement(world.placements, place))) : n;
 }
 
 vec3 face_normal(Corners c) {
@@ -64,17 +64,17 @@ float origin_offset(Corners c) {
 
 vec4 color_at(World world, uvec3 v, vec2 bary) {
     if (!HAS_VERTEX_COLORS) return vec4(1.0);
-    vec4 a = world.colors.at[v.x], b = world.colors.at[v.y], c = world.colors.at[v.z];
+    vec4 a = load_vec4(world.colors, v.x), b = load_vec4(world.colors, v.y), c = load_vec4(world.colors, v.z);
     return a + bary.x * (b - a) + bary.y * (c - a);
 }
 
 vec2 uv_at(vec2Ref uvs, uvec3 v, vec2 bary) {
-    return interpolate(vec3(uvs.at[v.x], 0), vec3(uvs.at[v.y], 0), vec3(uvs.at[v.z], 0), bary).xy;
+    return interpolate(vec3(load_vec2(uvs, v.x), 0), vec3(load_vec2(uvs, v.y), 0), vec3(load_vec2(uvs, v.z), 0), bary).xy;
 }
 
 // Share of a point of a triangle that is there: of a blended one the base colour's alpha, else all or nothing.
 float coverage_at(World world, uint triangle, vec2 bary) {
-    TriangleShading t = world.triangles.at[triangle];
+    TriangleShading t = load_TriangleShading(world.triangles, triangle);
     uint m = t.material & TRIANGLE_MATERIAL_MASK;
     float alpha = world.materials.at[m].base_color.a * color_at(world, t.vertices, bary).a;
 #ifdef TEXTURES
@@ -90,7 +90,7 @@ float coverage_at(World world, uint triangle, vec2 bary) {
 // its rays; with the triangle they name a random number, so that all traversals decide alike. It is
 // spread evenly over the paths.
 bool is_absent(World world, uint triangle, uint place, vec2 bary, bool eye, uvec2 chance) {
-    TriangleShading t = world.triangles.at[triangle];
+    TriangleShading t = load_TriangleShading(world.triangles, triangle);
     if (HAS_UNLIT && !eye && (world.materials.at[t.material & TRIANGLE_MATERIAL_MASK].flags & MATERIAL_UNLIT) != 0u) return true;
     float coverage = coverage_at(world, triangle, bary);
     if (!HAS_BLEND) return coverage == 0.0;
@@ -102,9 +102,9 @@ bool is_absent(World world, uint triangle, uint place, vec2 bary, bool eye, uvec
 // `wo` points back along the ray that hit.
 Surface surface_at(World world, uint triangle, uint place, vec2 bary, vec3 wo) {
     Corners p = corners_at(world, triangle, place);
-    TriangleShading t = world.triangles.at[triangle];
+    TriangleShading t = load_TriangleShading(world.triangles, triangle);
     uvec3 v = t.vertices;
-    Material m = world.materials.at[t.material & TRIANGLE_MATERIAL_MASK];
+    Material m = load_Material(world.materials, t.material & TRIANGLE_MATERIAL_MASK);
 
     Surface s;
     s.position_w = interpolate(p.p0, p.p1, p.p2, bary);
@@ -130,9 +130,9 @@ Surface surface_at(World world, uint triangle, uint place, vec2 bary, vec3 wo) {
     specular_color *= fetch(world, slot, SLOT_SPECULAR_COLOR, uv0, uv1).rgb;
     transmission *= fetch(world, slot, SLOT_TRANSMISSION, uv0, uv1).r;
     if (has_slot(SLOT_NORMAL) && world.texture_slots.at[slot * SLOTS_PER_MATERIAL + SLOT_NORMAL].texture != NONE) {
-        vec4 a = world.tangents_w.at[v.x], b = world.tangents_w.at[v.y], c = world.tangents_w.at[v.z];
+        vec4 a = load_vec4(world.tangents_w, v.x), b = load_vec4(world.tangents_w, v.y), c = load_vec4(world.tangents_w, v.z);
         if (HAS_INSTANCES) {
-            mat3 m = world_from_mesh(world.placements.at[place]);
+            mat3 m = world_from_mesh(load_Placement(world.placements, place));
             a.xyz = normalize(m * a.xyz);
             b.xyz = normalize(m * b.xyz);
             c.xyz = normalize(m * c.xyz);

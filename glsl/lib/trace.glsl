@@ -163,7 +163,7 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
         // Leaves come out of the inner loop, so that neighbouring threads test triangles together.
         do {
             if (count == 0u && node != NONE) {
-                BvhNode n = world.nodes.at[node];
+                BvhNode n = load_BvhNode(world.nodes, node);
                 float t0 = enter_box(n.min0_w, n.max0_w, origin, inverse, t_max);
                 float t1 = enter_box(n.min1_w, n.max1_w, origin, inverse, t_max);
                 bool swap = t0 < 0.0 || (t1 >= 0.0 && t1 < t0);
@@ -188,7 +188,7 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
             }
         } while (count == 0u && node != NONE);
         if (HAS_INSTANCES && count == LEAF_PLACEMENT) {
-            Placement p = world.placements.at[first];
+            Placement p = load_Placement(world.placements, first);
             mat3 m = mesh_from_world(p);
             vec3 direction = m * direction_w;
             origin = m * (origin_w - p.origin_w);
@@ -215,9 +215,8 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
         if (count == 0u) return found;
         uint i = first, end = first + count;
         do {
-            vec3 a = world.positions_w.at[3u * i] - origin;
-            vec3 b = world.positions_w.at[3u * i + 1u] - origin;
-            vec3 c = world.positions_w.at[3u * i + 2u] - origin;
+            Corners p = corners_of(world, i);
+            vec3 a = p.p0 - origin, b = p.p1 - origin, c = p.p2 - origin;
             vec3 e = edge_functions(a, b, c, shear);
             float det = e.x + e.y + e.z;
             bool inside = (e.x >= 0.0 && e.y >= 0.0 && e.z >= 0.0) || (e.x <= 0.0 && e.y <= 0.0 && e.z <= 0.0);

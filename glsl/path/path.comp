@@ -38,5 +38,5 @@ void main() {
         add_direct_light(world, s, true, path, seen);
         if (!depart(s, next_event(s, true, path), path)) break;
     }
-    push.pixels.at[index] = seen;
+    store_FramePixel(push.pixels, index, seen);
 }

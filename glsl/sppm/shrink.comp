@@ -23,5 +23,5 @@ void main() {
         s.radius2[map] *= kept / (s.kept[map] + found[map]);
         s.kept[map] = kept;
     }
-    push.statistics.at[index] = s;
+    store_PixelStatistics(push.statistics, index, s);
 }

@@ -4,5 +4,5 @@
 PixelStatistics statistics_of(Frame frame, PixelStatisticsRef statistics, uint index) {
     // Whatever an earlier render left behind.
     if (frame.iteration == 0u) return PixelStatistics(vec2(0.0), frame.radius * frame.radius);
-    return statistics.at[index];
+    return load_PixelStatistics(statistics, index);
 }

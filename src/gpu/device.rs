@@ -110,8 +110,10 @@ impl Gpu {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(caps.queue_family)
             .queue_priorities(&[1.0])];
+        let basic = vk::PhysicalDeviceFeatures::default().shader_int64(true);
         let mut create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
+            .enabled_features(&basic)
             .push_next(&mut f12);
         if caps.traces_structures() {
             extensions.push(khr::acceleration_structure::NAME.as_ptr());

@@ -172,7 +172,9 @@ fn describe_1_2(raw: &ash::Instance, physical: vk::PhysicalDevice, caps: &mut Ca
         raw.get_physical_device_properties2(physical, &mut properties);
     }
 
+    let int64 = features.features.shader_int64;
     for (present, name) in [
+        (int64, "shaderInt64"),
         (f12.buffer_device_address, "bufferDeviceAddress"),
         (f12.scalar_block_layout, "scalarBlockLayout"),
     ] {

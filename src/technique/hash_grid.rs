@@ -67,7 +67,11 @@ impl HashGrid {
         Ok(Self {
             keys: gpu.pass("sort", spirv("hash-grid.keys")?, &[], None)?,
             starts: gpu.pass("build", spirv("hash-grid.starts")?, &[], None)?,
-            gather: Gather::for_points(engine, "hash-grid.gather", points(gpu))?,
+            gather: Gather::for_points(
+                engine,
+                "hash-grid.gather",
+                points(gpu, engine.view.pixel_count()),
+            )?,
             photons: SortedPhotons::positions(engine)?,
             table: table(engine)?,
         })
@@ -126,9 +130,11 @@ impl HashGrid {
 }
 
 /// View samples that a thread gathers at: a CPU device has few threads in a subgroup to share rows and photons.
-fn points(gpu: &Gpu) -> u32 {
+fn points(gpu: &Gpu, pixels: usize) -> u32 {
     match gpu.info().kind {
-        DeviceKind::Cpu => 4,
+        DeviceKind::Cpu if pixels < 1 << 18 => 4,
+        // More only pay where pixels are small beside radii: the driver compiles them for a second longer.
+        DeviceKind::Cpu => 8,
         _ => 1,
     }
 }

@@ -49,6 +49,7 @@ pub fn material(m: &Material) -> crate::shared::Material {
         flags: flag(m.absorption.is_some(), MATERIAL_SOLID)
             | flag(m.alpha == Alpha::Blend, MATERIAL_BLEND)
             | flag(m.unlit, MATERIAL_UNLIT),
+        unused: 0,
     }
 }
 

@@ -204,6 +204,7 @@ fn placement(place: &Affine3A, groups: [u32; 5], node: u32, number: u32) -> Plac
         groups: [groups[0], groups[1], groups[2], groups[3]],
         node,
         number,
+        unused: 0,
     }
 }
 
