@@ -1,4 +1,4 @@
-//! Scene rays: camera rays, one diffuse bounce, shadow rays.
+//! Scene rays: camera rays, one diffuse bounce as it comes, in any order and sorted, shadow rays.
 
 use crate::room::{LAMP, room};
 use crate::{RUNS, median};
@@ -45,9 +45,13 @@ pub fn run(gpu: &Gpu) -> Result<()> {
             .trace(gpu, &gpu.upload("rays", &camera)?, false)?
             .1;
         let (bounced, shadow) = from_hits(&scene, &camera, &met);
+        let any_order = shuffled(&bounced);
+        let sorted = sorted(&any_order);
         for (name, rays, shadow) in [
             ("camera", &camera, false),
             ("one bounce", &bounced, false),
+            ("one bounce, in any order", &any_order, false),
+            ("one bounce, sorted", &sorted, false),
             ("shadow", &shadow, true),
         ] {
             let rays = gpu.upload("rays", rays)?;
@@ -163,6 +167,37 @@ fn from_hits(scene: &Scene, camera: &[Ray], met: &[u32]) -> (Vec<Ray>, Vec<Ray>)
         )
     })
     .unzip()
+}
+
+/// As photons have bounced a few times.
+fn shuffled(rays: &[Ray]) -> Vec<Ray> {
+    let mut rays = rays.to_vec();
+    let mut random = Random(2);
+    for i in (1..rays.len()).rev() {
+        rays.swap(i, ((random.next() * (i + 1) as f32) as usize).min(i));
+    }
+    rays
+}
+
+/// By the cell of their origin, 32 an axis along a Morton curve, then by the octant of their direction: what sorting rays
+/// could gain, without what it costs.
+fn sorted(rays: &[Ray]) -> Vec<Ray> {
+    let origins = || rays.iter().map(|ray| Vec3::from(ray.origin_w));
+    let min = origins().reduce(Vec3::min).unwrap_or_default();
+    let max = origins().reduce(Vec3::max).unwrap_or_default();
+    let key = |ray: &Ray| {
+        let cell = ((Vec3::from(ray.origin_w) - min) / (max - min) * 31.0).as_uvec3();
+        let bits = (0..5).flat_map(|bit| cell.to_array().map(|x| x >> bit & 1));
+        let octant = ray.direction_w.map(|d| u32::from(d < 0.0));
+        octant
+            .into_iter()
+            .chain(bits)
+            .enumerate()
+            .fold(0, |key, (i, bit)| key | bit << i)
+    };
+    let mut rays = rays.to_vec();
+    rays.sort_by_cached_key(key);
+    rays
 }
 
 /// Weyl sequence, mixed (Steele et al. 2014, SplitMix64).
