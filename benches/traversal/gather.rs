@@ -29,15 +29,18 @@ struct Cost {
     differ: usize,
 }
 
+/// The variant that all others are held to.
+const FIRST: &str = "row grid";
+
 /// What searches: a name, a technique, a traversal.
 type Variant = (&'static str, &'static Row, Trace);
 
-/// All that search on this device, the row grid first.
-fn variants(gpu: &Gpu) -> Vec<Variant> {
+/// All that search on this device and are `wanted`, the row grid first.
+fn variants(gpu: &Gpu, wanted: impl Fn(&str) -> bool) -> Vec<Variant> {
     let caps = &gpu.info().caps;
     let row = |name| TECHNIQUES.iter().find(move |row| row.name == name);
     [
-        ("row grid", row("hash-grid"), Trace::Software),
+        (FIRST, row("hash-grid"), Trace::Software),
         ("tree", row("rtpm"), Trace::Software),
         ("eight cells", Some(&CELLS), Trace::Software),
         ("lists", row("hash-ppm"), Trace::Software),
@@ -48,14 +51,15 @@ fn variants(gpu: &Gpu) -> Vec<Variant> {
     .into_iter()
     .filter(|v| v.2 != Trace::Query || caps.ray_query)
     .filter(|v| v.2 != Trace::Pipeline || caps.ray_tracing_pipeline)
+    .filter(|v| v.0 == FIRST || wanted(v.0))
     .filter_map(|(name, row, trace)| Some((name, row?, trace)))
     .collect()
 }
 
-pub fn run(gpu: &Gpu) -> Result<()> {
+pub fn run(gpu: &Gpu, wanted: impl Fn(&str) -> bool) -> Result<()> {
     let scene = room(8, 3);
     let (paths, counts) = calibrate(gpu, &scene)?;
-    let variants = variants(gpu);
+    let variants = variants(gpu, wanted);
     println!(
         "| found | radius [m] | photons in | sort [ms] | build [ms] | gather [ms] | sum [ms] | of the row grid's | least, most | pixels that differ |"
     );

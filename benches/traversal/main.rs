@@ -1,7 +1,8 @@
 //! The software traversal beside ray queries and pipelines, in one process on one device: runs take turns, and
 //! medians are compared, so that a noisy machine disturbs both alike. Prints Markdown.
 //!
-//! `cargo bench --bench traversal -- [rays] [gather]`; `LIGHTFALL_DEVICE` names a device.
+//! `cargo bench --bench traversal -- [rays] [gather] [VARIANT…]`: all, or those named ("eight cells"); `LIGHTFALL_DEVICE`
+//! names a device.
 
 mod cells;
 #[path = "../common/mod.rs"]
@@ -23,14 +24,19 @@ fn main() -> lightfall::Result<()> {
         .skip(1)
         .filter(|a| !a.starts_with('-'))
         .collect();
-    let wanted = |name: &str| words.is_empty() || words.iter().any(|w| w == name);
+    let (benches, variants): (Vec<_>, Vec<_>) = words
+        .iter()
+        .partition(|w| ["rays", "gather"].contains(&w.as_str()));
+    let named =
+        |words: &[&String], name: &str| words.is_empty() || words.iter().any(|w| *w == name);
+    let wanted = |name: &str| named(&benches, name);
     let (gpu, what) = open()?;
     println!("{what}, medians of {RUNS} runs in turn\n");
     if wanted("rays") {
         rays::run(&gpu)?;
     }
     if wanted("gather") {
-        gather::run(&gpu)?;
+        gather::run(&gpu, |variant| named(&variants, variant))?;
     }
     Ok(())
 }
