@@ -84,6 +84,8 @@ shared_constants! {
     /// Triangles in a leaf of the software scene tree at most; a leaf of so many is one [`Placement`].
     LEAF_TRIANGLES = 4;
     LEAF_PLACEMENT = 15;
+    /// Bits of a leaf's first triangle.
+    LEAF_SHIFT = 28;
     /// Rows of [`World::texture_slots`] for each material, in this order.
     SLOT_BASE_COLOR = 0;
     SLOT_METALLIC_ROUGHNESS = 1;
@@ -113,17 +115,17 @@ shared_constants! {
 }
 
 shared_structs! {
-    /// A node of the software scene tree: two children with their boxes. `count` 0 marks an inner
-    /// child, whose node is `child`; otherwise `count` triangles start at `child`.
+    /// A node of the software scene tree: up to four children with their boxes, in cells of a grid of their own.
     struct BvhNode {
-        min0_w: [f32; 3],
-        child0: u32,
-        max0_w: [f32; 3],
-        count0: u32,
-        min1_w: [f32; 3],
-        child1: u32,
-        max1_w: [f32; 3],
-        count1: u32,
+        /// Corner of the grid.
+        min_w: [f32; 3],
+        /// Edges (m) of a cell along x, y and z as exponents of floats, a byte each; number of children in the top byte.
+        exponents: u32,
+        /// Where the boxes begin along x, y and z, and where they end; child i in byte i.
+        low: [u32; 3],
+        high: [u32; 3],
+        /// Index of a node, or of a leaf's first triangle below its number of triangles in the top 4 bits.
+        children: [u32; 4],
     }
 
     /// What shading needs of a triangle: its vertices and its material with the TRIANGLE_ flags.

@@ -70,6 +70,7 @@ impl World {
         let reached = Reached::new(scene);
         let materials: Vec<u32> = reached.materials.iter().map(|m| m.0).collect();
         let geometry = Geometry::new(scene, trace, &materials, has(FEATURE_INSTANCES));
+        check_tree(&geometry, &gpu.info().name)?;
         let (lights, light_tree) = lights::lights(scene, &geometry.once)?;
         let by_triangle = lights::by_triangle(&lights);
         let in_slots = reached.textures_in(scene, |_| true);
@@ -224,6 +225,18 @@ fn attribute<T>(scene: &Scene, of: impl Fn(&Vertex) -> T) -> Vec<T> {
     scene.stored_vertices().map(of).collect()
 }
 
+/// The software traversal's stack keeps a node in 24 bits.
+fn check_tree(geometry: &Geometry, device: &str) -> Result<()> {
+    let nodes = geometry.nodes.len();
+    if nodes <= 1 << 24 {
+        return Ok(());
+    }
+    Err(Error::Device {
+        device: device.into(),
+        fault: format!("the scene's tree has {nodes} nodes; --trace software takes 2^24 at most"),
+    })
+}
+
 /// What the software tree and the acceleration structure cannot hold.
 pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
     if scene.materials.len() > TRIANGLE_MATERIAL_MASK as usize {
@@ -232,7 +245,7 @@ pub fn check_size(scene: &Scene, device: &str) -> Result<()> {
             fault: "more than 2^27 materials".into(),
         });
     }
-    // The shader's stack keeps a leaf's first triangle in 28 bits.
+    // The tree keeps a leaf's first triangle in 28 bits.
     let triangles = scene.stored_triangles().count();
     if triangles >= 1 << 28 {
         return Err(Error::Device {

@@ -65,8 +65,7 @@ pub fn run(gpu: &Gpu, wanted: impl Fn(&str) -> bool) -> Result<()> {
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for wish in FOUND {
-        let step = counts.iter().position(|c| *c >= wish).unwrap_or(STEPS - 1);
-        let radius = RADIUS_MAX * (step + 1) as f32 / STEPS as f32;
+        let (radius, found) = radius_of(&counts, wish);
         let costs = measure(gpu, &scene, paths, radius, &variants)?;
         for (variant, cost) in variants.iter().zip(&costs) {
             // Of each turn: machines are slow for a while, and for all alike.
@@ -78,8 +77,7 @@ pub fn run(gpu: &Gpu, wanted: impl Fn(&str) -> bool) -> Result<()> {
                 .collect();
             let ratio = median(&mut ratios);
             println!(
-                "| {:.1} | {radius:.4} | {} | {:.1} | {:.1} | {:.1} | {:.1} | **{ratio:.2}** | {:.2}, {:.2} | {} |",
-                counts[step],
+                "| {found:.1} | {radius:.4} | {} | {:.1} | {:.1} | {:.1} | {:.1} | **{ratio:.2}** | {:.2}, {:.2} | {} |",
                 variant.0,
                 cost.sort,
                 cost.build,
@@ -94,7 +92,7 @@ pub fn run(gpu: &Gpu, wanted: impl Fn(&str) -> bool) -> Result<()> {
     Ok(())
 }
 
-fn settings(paths: u32, radius: f32, trace: Trace) -> Settings {
+pub fn settings(paths: u32, radius: f32, trace: Trace) -> Settings {
     let radius = Some(Length::World(radius));
     Settings {
         size: Some([512; 2]),
@@ -112,8 +110,8 @@ fn settings(paths: u32, radius: f32, trace: Trace) -> Settings {
 }
 
 /// Light paths that leave [`PHOTONS`] photons, and how many of those lie on average within each
-/// radius of a view sample.
-fn calibrate(gpu: &Gpu, scene: &Scene) -> Result<(u32, Vec<f64>)> {
+/// radius of a view sample (see [`radius_of`]).
+pub fn calibrate(gpu: &Gpu, scene: &Scene) -> Result<(u32, Vec<f64>)> {
     let mut paths = 50_000;
     loop {
         let mut renderer = Renderer::new(gpu, scene, &settings(paths, 1e-3, Trace::Software))?;
@@ -152,6 +150,29 @@ fn calibrate(gpu: &Gpu, scene: &Scene) -> Result<(u32, Vec<f64>)> {
     }
 }
 
+/// The radius [m] within which so many photons lie, and how many those are.
+pub fn radius_of(counts: &[f64], wish: f64) -> (f32, f64) {
+    let step = counts.iter().position(|c| *c >= wish).unwrap_or(STEPS - 1);
+    (RADIUS_MAX * (step + 1) as f32 / STEPS as f32, counts[step])
+}
+
+/// One more iteration, and the time [ms] of its parts.
+pub fn parts(renderer: &mut Renderer) -> Result<BTreeMap<&'static str, f64>> {
+    let before: BTreeMap<_, _> = renderer.timings().into_iter().collect();
+    renderer.iterate()?;
+    let mut parts = BTreeMap::new();
+    for (pass, ms) in renderer.timings() {
+        let part = match pass {
+            "scan" => "sort",
+            "sort" | "gather" | "view" | "emit" | "cull" | "film" | "host" | "other" => pass,
+            // Boxes and trees, boxes and acceleration structures, or tables.
+            _ => "build",
+        };
+        *parts.entry(part).or_default() += ms - before.get(pass).unwrap_or(&0.0);
+    }
+    Ok(parts)
+}
+
 /// Costs of each variant.
 fn measure(
     gpu: &Gpu,
@@ -165,27 +186,14 @@ fn measure(
     let mut times = vec![BTreeMap::<&str, Vec<f64>>::new(); variants.len()];
     for run in 0..=RUNS {
         for (renderer, times) in renderers.iter_mut().zip(&mut times) {
-            let before: BTreeMap<_, _> = renderer.timings().into_iter().collect();
-            renderer.iterate()?;
+            let parts = parts(renderer)?;
             if run == 0 {
                 continue;
             }
-            let mut parts = BTreeMap::from([("sort", 0.0), ("build", 0.0), ("gather", 0.0)]);
-            for (pass, ms) in renderer.timings() {
-                let part = match pass {
-                    "sort" | "scan" => "sort",
-                    "gather" => "gather",
-                    "view" | "emit" | "cull" | "film" | "host" | "other" => continue,
-                    // Boxes and trees, boxes and acceleration structures, or tables.
-                    _ => "build",
-                };
-                *parts.entry(part).or_default() += ms - before.get(pass).unwrap_or(&0.0);
-            }
-            times
-                .entry("sum")
-                .or_default()
-                .push(parts.values().sum::<f64>());
-            for (part, ms) in parts {
+            let of_search = |part| (part, parts.get(part).copied().unwrap_or(0.0));
+            let search = ["sort", "build", "gather"].map(of_search);
+            let sum = search.iter().map(|(_, ms)| ms).sum();
+            for (part, ms) in search.into_iter().chain([("sum", sum)]) {
                 times.entry(part).or_default().push(ms);
             }
         }

@@ -1,13 +1,14 @@
 //! The software traversal beside ray queries and pipelines, in one process on one device: runs take turns, and
 //! medians are compared, so that a noisy machine disturbs both alike. Prints Markdown.
 //!
-//! `cargo bench --bench traversal -- [rays] [gather] [VARIANT…]`: all, or those named ("eight cells"); `LIGHTFALL_DEVICE`
+//! `cargo bench --bench traversal -- [rays] [gather] [limits] [VARIANT…]`: all, or those named ("eight cells"); `LIGHTFALL_DEVICE`
 //! names a device.
 
 mod cells;
 #[path = "../common/mod.rs"]
 mod common;
 mod gather;
+mod limits;
 mod rays;
 mod room;
 #[allow(dead_code, reason = "shared with the tests, which use all of it")]
@@ -26,7 +27,7 @@ fn main() -> lightfall::Result<()> {
         .collect();
     let (benches, variants): (Vec<_>, Vec<_>) = words
         .iter()
-        .partition(|w| ["rays", "gather"].contains(&w.as_str()));
+        .partition(|w| ["rays", "gather", "limits"].contains(&w.as_str()));
     let named =
         |words: &[&String], name: &str| words.is_empty() || words.iter().any(|w| *w == name);
     let wanted = |name: &str| named(&benches, name);
@@ -37,6 +38,9 @@ fn main() -> lightfall::Result<()> {
     }
     if wanted("gather") {
         gather::run(&gpu, |variant| named(&variants, variant))?;
+    }
+    if wanted("limits") {
+        limits::run(&gpu)?;
     }
     Ok(())
 }

@@ -82,6 +82,22 @@ pub fn run(gpu: &Gpu) -> Result<()> {
     Ok(())
 }
 
+/// Camera rays and bounced rays in any order, in millions a second.
+pub fn rates(gpu: &Gpu, scene: &Scene, trace: Trace) -> Result<[f64; 2]> {
+    let tracer = tracer(gpu, scene, trace)?;
+    let camera = camera_rays(scene);
+    let met = tracer.trace(gpu, &gpu.upload("rays", &camera)?, false)?.1;
+    let bounced = shuffled(&from_hits(scene, &camera, &met).0);
+    let mut rates = [0.0; 2];
+    for (rate, rays) in rates.iter_mut().zip([camera, bounced]) {
+        let rays = gpu.upload("rays", &rays)?;
+        let times = (0..=RUNS).map(|_| Ok(tracer.trace(gpu, &rays, false)?.0));
+        let mut times = times.collect::<Result<Vec<_>>>()?;
+        *rate = rays.len() as f64 * 1e-3 / median(&mut times[1..]);
+    }
+    Ok(rates)
+}
+
 fn tracer(gpu: &Gpu, scene: &Scene, trace: Trace) -> Result<Tracer> {
     let world = World::new(gpu, scene, trace, features(scene))?;
     Ok(Tracer {

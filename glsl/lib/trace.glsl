@@ -131,18 +131,33 @@ bool occluded(World world, vec3 origin, vec3 direction, float distance_w, bool e
 
 #else
 
-// Entry distance of a box, or -1. The exit is widened by the rounding of the products (Ize 2013).
-float enter_box(vec3 min_w, vec3 max_w, vec3 origin, vec3 inverse, float t_max) {
-    vec3 t0 = (min_w - origin) * inverse, t1 = (max_w - origin) * inverse;
-    vec3 near = min(t0, t1), far = max(t0, t1);
-    float enter = max(max(near.x, near.y), max(near.z, 0.0));
-    float leave = min(min(far.x, far.y), min(far.z, t_max)) * 1.0000005;
-    return enter <= leave ? enter : -1.0;
+// Distances to planes across an axis: byte i of `cells` to component i.
+vec4 planes(uint cells, float cell, float corner) {
+    return vec4(uvec4(cells, cells >> 8u, cells >> 16u, cells >> 24u) & 255u) * cell + corner;
 }
 
-// For slabs. A zero component would make 0 · inf in one that the origin lies on.
+// The children that a ray meets, nearest first: the number of each in the low two bits, above them where it is
+// entered; NONE where there is no more. Exits are widened by the rounding of the products (Ize 2013).
+uvec4 meet_children(BvhNode node, vec3 origin, vec3 inverse, float t_max) {
+    vec3 cell = uintBitsToFloat((uvec3(node.exponents, node.exponents >> 8u, node.exponents >> 16u) & 255u) << 23u) * inverse;
+    vec3 corner = (node.min_w - origin) * inverse;
+    bvec3 down = lessThan(inverse, vec3(0.0));
+    uvec3 near = mix(node.low, node.high, down), far = mix(node.high, node.low, down);
+    vec4 enter = max(max(planes(near.x, cell.x, corner.x), planes(near.y, cell.y, corner.y)), max(planes(near.z, cell.z, corner.z), vec4(0.0)));
+    vec4 leave = min(min(planes(far.x, cell.x, corner.x), planes(far.y, cell.y, corner.y)), min(planes(far.z, cell.z, corner.z), vec4(t_max)));
+    const uvec4 number = uvec4(0u, 1u, 2u, 3u);
+    uvec4 met = mix(uvec4(NONE), floatBitsToUint(enter) & ~3u | number, lessThanEqual(enter, leave * 1.000001));
+    met = mix(uvec4(NONE), met, lessThan(number, uvec4(node.exponents >> 24u)));
+    // A network of five.
+    met = uvec4(min(met.xy, met.zw), max(met.xy, met.zw));
+    met = uvec4(min(met.x, met.y), max(met.x, met.y), min(met.z, met.w), max(met.z, met.w));
+    return uvec4(met.x, min(met.y, met.z), max(met.y, met.z), met.w);
+}
+
+// For slabs. A zero component would make 0 · inf in one that the origin lies on, and a tiny one inf - inf.
 vec3 inverse_of(vec3 direction) {
-    return 1.0 / mix(direction, vec3(1e-30), lessThan(abs(direction), vec3(1e-30)));
+    vec3 least = vec3(1e-18 * max_component(abs(direction)));
+    return 1.0 / mix(direction, least, lessThan(abs(direction), least));
 }
 
 // Nearest triangle before t_max and its place, or NONE; with `any`, whichever is met first.
@@ -153,8 +168,10 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
     Shear shear = shear_along(direction_w);
     uint stack[STACK_SIZE];
     uint top = 0u;
+    // A node, how many of its children are yet to visit, and which: nearest first, two bits each. Of nodes higher up the
+    // stack keeps the same in a word.
+    uint node = HAS_INSTANCES ? world.node : 0u, left = 1u, order = 0u;
     uvec2 found = uvec2(NONE, 0u);
-    uint node = HAS_INSTANCES ? world.node : 0u;
     uint first = 0u, count = 0u;
     // Within a placement, whose nodes lie on the stack from `base` on.
     bool within = false;
@@ -162,31 +179,28 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
     for (;;) {
         // Leaves come out of the inner loop, so that neighbouring threads test triangles together.
         do {
-            if (count == 0u && node != NONE) {
-                BvhNode n = load_BvhNode(world.nodes, node);
-                float t0 = enter_box(n.min0_w, n.max0_w, origin, inverse, t_max);
-                float t1 = enter_box(n.min1_w, n.max1_w, origin, inverse, t_max);
-                bool swap = t0 < 0.0 || (t1 >= 0.0 && t1 < t0);
-                uint near_child = swap ? n.child1 : n.child0, near_count = swap ? n.count1 : n.count0;
-                float t_near = swap ? t1 : t0, t_far = swap ? t0 : t1;
-                if (t_far >= 0.0) {
-                    // A leaf is pushed as its triangles: count (at most 15) above 28 bits of index.
-                    uint far_child = swap ? n.child0 : n.child1, far_count = swap ? n.count0 : n.count1;
-                    stack[top++] = far_child | far_count << 28;
-                }
-                node = NONE;
-                if (t_near >= 0.0) {
-                    if (near_count == 0u) node = near_child;
-                    first = near_child;
-                    count = near_count;
-                } else if (top > base) {
+            if (count == 0u && (left > 0u || top > base)) {
+                if (left == 0u) {
                     uint entry = stack[--top];
-                    count = entry >> 28;
-                    first = entry & 0x0fffffffu;
-                    if (count == 0u) node = first;
+                    node = entry >> 8u;
+                    left = entry >> 6u & 3u;
+                    order = entry & 63u;
+                }
+                uint child = world.nodes.at[node].children[order & 3u];
+                order >>= 2u;
+                left--;
+                first = child & (1u << LEAF_SHIFT) - 1u;
+                count = child >> LEAF_SHIFT;
+                if (count == 0u) {
+                    if (left > 0u) stack[top++] = node << 8u | left << 6u | order;
+                    node = first;
+                    uvec4 met = meet_children(load_BvhNode(world.nodes, node), origin, inverse, t_max);
+                    uvec4 number = met & 3u, is_met = uvec4(notEqual(met, uvec4(NONE)));
+                    order = number.x | number.y << 2u | number.z << 4u | number.w << 6u;
+                    left = is_met.x + is_met.y + is_met.z + is_met.w;
                 }
             }
-        } while (count == 0u && node != NONE);
+        } while (count == 0u && (left > 0u || top > base));
         if (HAS_INSTANCES && count == LEAF_PLACEMENT) {
             Placement p = load_Placement(world.placements, first);
             mat3 m = mesh_from_world(p);
@@ -196,20 +210,19 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
             shear = shear_along(direction);
             within = true;
             place = first;
+            if (left > 0u) stack[top++] = node << 8u | left << 6u | order;
             base = top;
             node = p.node;
+            left = 1u;
+            order = 0u;
             count = 0u;
             continue;
         }
-        if (HAS_INSTANCES && count == 0u && within && top > 0u) {
+        if (HAS_INSTANCES && count == 0u && within) {
             origin = origin_w;
             inverse = inverse_of(direction_w);
             within = false;
             base = 0u;
-            uint entry = stack[--top];
-            count = entry >> 28;
-            first = entry & 0x0fffffffu;
-            if (count == 0u) node = first;
             continue;
         }
         if (count == 0u) return found;
@@ -236,12 +249,6 @@ uvec2 traverse(World world, vec3 origin_w, vec3 direction_w, float t_max, bool a
         } while (++i < end);
         if (any && found.x != NONE) return found;
         count = 0u;
-        if (top > base) {
-            uint entry = stack[--top];
-            count = entry >> 28;
-            first = entry & 0x0fffffffu;
-            if (count == 0u) node = first;
-        }
     }
 }
 

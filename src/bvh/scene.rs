@@ -1,13 +1,19 @@
 //! The order of the scene's triangles, and the tree that the software traversal walks.
 
-use crate::shared::{BvhNode, LEAF_PLACEMENT, LEAF_TRIANGLES};
+use super::node::node_around;
+use crate::shared::{BvhNode, LEAF_PLACEMENT, LEAF_SHIFT, LEAF_TRIANGLES};
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
+use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
 use std::time::Duration;
 
-/// A binary tree whose leaves are runs of `order`.
+/// The bits of a leaf that are its first triangle.
+const LEAF_FIRST: u32 = (1 << LEAF_SHIFT) - 1;
+
+/// A tree whose leaves are runs of `order`. Its first node has the root as its only child, so that a walk begins like it
+/// goes on.
 pub struct SceneTree {
     pub nodes: Vec<BvhNode>,
     /// Triangle `order[i]` of the scene lies at place `i`.
@@ -27,33 +33,28 @@ impl SceneTree {
         // A triangle with the same box.
         let corners: Vec<_> = boxes.iter().map(|&(low, high)| [low, high, low]).collect();
         let mut tree = Self::with_leaves(&corners, 1);
-        for node in &mut tree.nodes {
-            let leaf = |child: &mut u32, count: &mut u32| {
-                if *count > 0 {
-                    (*child, *count) = (tree.order[*child as usize], LEAF_PLACEMENT);
-                }
-            };
-            leaf(&mut node.child0, &mut node.count0);
-            leaf(&mut node.child1, &mut node.count1);
+        for child in tree.nodes.iter_mut().flat_map(children_mut) {
+            if *child >> LEAF_SHIFT > 0 {
+                *child = LEAF_PLACEMENT << LEAF_SHIFT | tree.order[(*child & LEAF_FIRST) as usize];
+            }
         }
         tree
     }
 
-    /// Appends to `nodes`, with leaves from this triangle on. Returns where the root lies.
+    /// Appends to `nodes`, with leaves from this triangle on. Returns where the walk begins.
     pub fn append_to(&self, nodes: &mut Vec<BvhNode>, first_triangle: u32) -> u32 {
-        let root = nodes.len() as u32;
-        nodes.extend(self.nodes.iter().map(|node| {
-            let moved = |child, count| match count {
-                0 => child + root,
-                _ => child + first_triangle,
-            };
-            BvhNode {
-                child0: moved(node.child0, node.count0),
-                child1: moved(node.child1, node.count1),
-                ..*node
+        let first_node = nodes.len() as u32;
+        for mut node in self.nodes.iter().copied() {
+            for child in children_mut(&mut node) {
+                *child += if *child >> LEAF_SHIFT > 0 {
+                    first_triangle
+                } else {
+                    first_node
+                };
             }
-        }));
-        root
+            nodes.push(node);
+        }
+        first_node
     }
 
     fn with_leaves(corners: &[[Vec3; 3]], most: u32) -> Self {
@@ -69,69 +70,78 @@ impl SceneTree {
             max_prims_per_leaf: most,
             ..BvhBuildParams::medium_build()
         };
-        let tree = build_bvh2_from_tris(&triangles, parameters, &mut Duration::default());
-
-        // Places in depth-first order, and for every old node the node that its children became.
+        let binary = build_bvh2_from_tris(&triangles, parameters, &mut Duration::default());
         let mut result = Self {
-            nodes: Vec::with_capacity(tree.nodes.len() / 2 + 1),
+            nodes: vec![node_around(&[(Vec3::ZERO, Vec3::ZERO)])],
             order: Vec::with_capacity(triangles.len()),
             stack_size: 1,
         };
-        let Some(root) = tree.nodes.first() else {
-            return result;
-        };
-        let leaf = |result: &mut Self, node: &obvhs::bvh2::node::Bvh2Node| {
-            let first = result.order.len() as u32;
-            let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-            result.order.extend(&tree.primitive_indices[range]);
-            (first, node.prim_count)
-        };
-        if root.prim_count > 0 {
-            // A lone leaf: its sibling is a box that no ray meets.
-            let (child0, count0) = leaf(&mut result, root);
-            result.nodes.push(BvhNode {
-                min0_w: root.aabb.min.into(),
-                max0_w: root.aabb.max.into(),
-                child0,
-                count0,
-                min1_w: [f32::MAX; 3],
-                max1_w: [f32::MAX; 3],
-                child1: 0,
-                count1: 0,
-            });
-            return result;
-        }
-        result.nodes.push(BvhNode::default());
-        // (children of an inner node, the node that they go to, its depth)
-        let mut todo = vec![(root.first_index, 0usize, 1u32)];
-        while let Some((children, at, depth)) = todo.pop() {
-            result.stack_size = result.stack_size.max(depth);
-            let mut place = |child: u32, result: &mut Self| {
-                let node = &tree.nodes[child as usize];
-                if node.prim_count > 0 {
-                    return leaf(result, node);
-                }
+        // What a node's children are in the binary tree, the node, its depth.
+        let mut todo = Vec::new();
+        let place = |result: &mut Self, from: u32, depth, todo: &mut Vec<_>| {
+            let Some(node) = binary
+                .nodes
+                .get(from as usize)
+                .filter(|node| node.prim_count > 0)
+            else {
                 result.nodes.push(BvhNode::default());
                 let to = result.nodes.len() - 1;
-                todo.push((node.first_index, to, depth + 1));
-                (to as u32, 0)
+                todo.push((four_children(&binary, from), to, depth));
+                return to as u32;
             };
-            let (child0, count0) = place(children, &mut result);
-            let (child1, count1) = place(children + 1, &mut result);
-            let [a, b] = [children, children + 1].map(|i| tree.nodes[i as usize].aabb);
-            result.nodes[at] = BvhNode {
-                min0_w: a.min.into(),
-                max0_w: a.max.into(),
-                child0,
-                count0,
-                min1_w: b.min.into(),
-                max1_w: b.max.into(),
-                child1,
-                count1,
-            };
+            let first = result.order.len() as u32;
+            let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+            result.order.extend(&binary.primitive_indices[range]);
+            node.prim_count << LEAF_SHIFT | first
+        };
+        result.nodes[0].children[0] = place(&mut result, 0, 1, &mut todo);
+        while let Some((children, at, depth)) = todo.pop() {
+            result.stack_size = result.stack_size.max(depth);
+            let boxes: Vec<_> = children
+                .iter()
+                .map(|&child| {
+                    let aabb = binary.nodes[child as usize].aabb;
+                    (aabb.min.into(), aabb.max.into())
+                })
+                .collect();
+            let mut node = node_around(&boxes);
+            for (to, child) in node.children.iter_mut().zip(children) {
+                *to = place(&mut result, child, depth + 1, &mut todo);
+            }
+            result.nodes[at] = node;
         }
         result
     }
+}
+
+/// What takes the place of an inner node's two children where the larger ones are replaced by theirs, up to four.
+/// None where there is no such node.
+fn four_children(tree: &Bvh2, node: u32) -> Vec<u32> {
+    let both = |node: u32| {
+        tree.nodes
+            .get(node as usize)
+            .map_or(vec![], |n| vec![n.first_index, n.first_index + 1])
+    };
+    let mut children = both(node);
+    while children.len() < 4 {
+        let of = |child: &u32| &tree.nodes[*child as usize];
+        let inner = (0..children.len()).filter(|&i| of(&children[i]).prim_count == 0);
+        let Some(largest) = inner.max_by(|&a, &b| {
+            let area = |i: usize| of(&children[i]).aabb.half_area();
+            area(a).total_cmp(&area(b))
+        }) else {
+            break;
+        };
+        let parts = both(children[largest]);
+        children.splice(largest..=largest, parts);
+    }
+    children
+}
+
+/// Those that a node has.
+fn children_mut(node: &mut BvhNode) -> &mut [u32] {
+    let count = node.exponents >> 24;
+    &mut node.children[..count as usize]
 }
 
 /// The order of triangles along a Morton curve through their centres: drivers build good
@@ -161,6 +171,7 @@ fn spread(x: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::node::boxes_of;
     use super::*;
 
     fn strip(n: usize) -> Vec<[Vec3; 3]> {
@@ -174,24 +185,25 @@ mod tests {
 
     #[test]
     fn every_triangle_lies_in_one_leaf_inside_its_boxes() {
-        for n in [1, 2, 5, 1000] {
+        for n in [1, 2, 5, 20, 1000] {
             let corners = strip(n);
             let tree = SceneTree::build(&corners);
             let mut seen = vec![0; n];
-            for node in &tree.nodes {
-                for (child, count, min, max) in [
-                    (node.child0, node.count0, node.min0_w, node.max0_w),
-                    (node.child1, node.count1, node.min1_w, node.max1_w),
-                ] {
+            for (i, node) in tree.nodes.iter().enumerate() {
+                for (child, [min, max]) in node.children.iter().zip(boxes_of(node)) {
+                    let (first, count) = (child & LEAF_FIRST, child >> LEAF_SHIFT);
                     assert!(count <= LEAF_TRIANGLES);
-                    for place in child..child + count {
+                    let inside = |corner: Vec3| {
+                        (0..3).all(|axis| {
+                            let x = f64::from(corner[axis]);
+                            min[axis] < x && x < max[axis]
+                        })
+                    };
+                    for place in first..first + count {
                         let triangle = tree.order[place as usize];
                         seen[triangle as usize] += 1;
-                        for corner in corners[triangle as usize] {
-                            assert!(
-                                corner.cmpge(min.into()).all() && corner.cmple(max.into()).all()
-                            );
-                        }
+                        // The root's box is never asked for.
+                        assert!(i == 0 || corners[triangle as usize].into_iter().all(inside));
                     }
                 }
             }
