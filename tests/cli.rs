@@ -209,6 +209,45 @@ fn a_resumed_render_is_the_whole_render() {
     assert!(stderr.contains("size 32x24, now 8x8"), "{stderr}");
 }
 
+/// Threads of a subgroup search the grid together, however many they are: Mesa's CPU driver makes them as many as fit the
+/// vectors that it is told to use. On other devices these are three times the same.
+#[test]
+fn subgroups_of_any_width_make_the_same_image() {
+    let dir = tempfile::tempdir().unwrap();
+    let [truth, narrow, wide] = ["256", "128", "512"].map(|bits| {
+        let path = dir.path().join(bits).with_extension("exr");
+        let output = Command::new(env!("CARGO_BIN_EXE_lightfall"))
+            .env("LP_NATIVE_VECTOR_WIDTH", bits)
+            // It would give back code for other vectors.
+            .env("MESA_SHADER_CACHE_DISABLE", "true")
+            .args(["render", "scenes/cornell.glb", "--technique", "hash-grid"])
+            .args(["--iterations", "2", "--quiet", "-o"])
+            .arg(&path)
+            .args(SMALL)
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{stderr}");
+        read_picture(&path).unwrap()
+    });
+    for picture in [narrow, wide] {
+        for name in ["emission", "direct", "caustic", "global"] {
+            let layer = |picture: &Picture| {
+                let layer = picture.layers.iter().find(|layer| layer.name == name);
+                layer.unwrap().pixels.clone()
+            };
+            let (truth, pixels) = (layer(&truth), layer(&picture));
+            assert!(truth.iter().any(|&x| x > 0.0), "{name} is black");
+            let differs = |(a, b): &(&f32, &f32)| (*a - *b).abs() > 1e-4 * a.abs();
+            assert_eq!(
+                truth.iter().zip(&pixels).filter(differs).count(),
+                0,
+                "{name}"
+            );
+        }
+    }
+}
+
 /// Maps of both formats, scaled; what is no map; and another sky is another scene.
 #[test]
 fn an_environment_lights_a_dark_scene() {

@@ -89,6 +89,7 @@ pub fn run(gpu: &Gpu, wanted: impl Fn(&str) -> bool) -> Result<()> {
             );
         }
     }
+    println!();
     Ok(())
 }
 

@@ -4,7 +4,7 @@ use std::mem::ManuallyDrop;
 use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use ash::{khr, vk};
+use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::info::{DeviceInfo, describe};
@@ -106,6 +106,9 @@ impl Gpu {
         let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
         let mut pipeline =
             vk::PhysicalDeviceRayTracingPipelineFeaturesKHR::default().ray_tracing_pipeline(true);
+        let mut subgroups = vk::PhysicalDeviceSubgroupSizeControlFeatures::default()
+            .subgroup_size_control(true)
+            .compute_full_subgroups(true);
         let mut extensions = Vec::new();
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(caps.queue_family)
@@ -127,6 +130,10 @@ impl Gpu {
         if caps.ray_tracing_pipeline {
             extensions.push(khr::ray_tracing_pipeline::NAME.as_ptr());
             create = create.push_next(&mut pipeline);
+        }
+        if caps.subgroup_control {
+            extensions.push(ext::subgroup_size_control::NAME.as_ptr());
+            create = create.push_next(&mut subgroups);
         }
         create = create.enabled_extension_names(&extensions);
         // SAFETY: features and extensions were reported by the device; pointers outlive the call.

@@ -2,10 +2,11 @@
 
 use std::ffi::CStr;
 
-use ash::{khr, vk};
+use ash::{ext, khr, vk};
 
 use super::binding_table::BindingRules;
 use super::instance::Instance;
+use super::pass::GROUP_SIZE;
 
 /// A Vulkan device as the driver describes it.
 #[derive(Debug, Clone)]
@@ -58,6 +59,8 @@ pub struct Caps {
     pub max_textures: u32,
     /// Threads of a subgroup, where those of a compute shader can vote, broadcast and reduce; else 0.
     pub subgroup_size: u32,
+    /// Shaders can ask for full subgroups of that size (VK_EXT_subgroup_size_control); elsewhere the driver is taken at its word.
+    pub(super) subgroup_control: bool,
     pub(super) binding_rules: BindingRules,
     /// Queue family for all work and its count of valid timestamp bits.
     pub(super) queue_family: u32,
@@ -142,19 +145,26 @@ fn describe_1_2(raw: &ash::Instance, physical: vk::PhysicalDevice, caps: &mut Ca
         has(khr::acceleration_structure::NAME) && has(khr::deferred_host_operations::NAME);
     let has_query = has_accel && has(khr::ray_query::NAME);
     let has_pipeline = has_accel && has(khr::ray_tracing_pipeline::NAME);
+    let has_control = has(ext::subgroup_size_control::NAME);
 
     let mut f12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut accel = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
     let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
     let mut pipeline = vk::PhysicalDeviceRayTracingPipelineFeaturesKHR::default();
+    let mut control = vk::PhysicalDeviceSubgroupSizeControlFeatures::default();
     let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut f12);
     let mut p11 = vk::PhysicalDeviceVulkan11Properties::default();
     let mut p12 = vk::PhysicalDeviceVulkan12Properties::default();
     let mut p_accel = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
     let mut p_pipeline = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
+    let mut p_control = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
     let mut properties = vk::PhysicalDeviceProperties2::default()
         .push_next(&mut p11)
         .push_next(&mut p12);
+    if has_control {
+        features = features.push_next(&mut control);
+        properties = properties.push_next(&mut p_control);
+    }
     if has_accel {
         features = features.push_next(&mut accel);
         properties = properties.push_next(&mut p_accel);
@@ -195,6 +205,15 @@ fn describe_1_2(raw: &ash::Instance, physical: vk::PhysicalDevice, caps: &mut Ca
             .contains(subgroup_operations)
     {
         caps.subgroup_size = p11.subgroup_size;
+        let sizes = p_control.min_subgroup_size..=p_control.max_subgroup_size;
+        caps.subgroup_control = control.subgroup_size_control == vk::TRUE
+            && control.compute_full_subgroups == vk::TRUE
+            && p_control
+                .required_subgroup_size_stages
+                .contains(vk::ShaderStageFlags::COMPUTE)
+            && sizes.contains(&caps.subgroup_size)
+            && GROUP_SIZE.is_multiple_of(caps.subgroup_size)
+            && GROUP_SIZE / caps.subgroup_size <= p_control.max_compute_workgroup_subgroups;
     }
     let accel_structure = accel.acceleration_structure == vk::TRUE;
     caps.ray_query = accel_structure && query.ray_query == vk::TRUE;

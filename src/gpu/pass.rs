@@ -50,8 +50,18 @@ impl Gpu {
         let constants = Constants::new(specialization);
         let constants = constants.info();
         let module = Module::new(shared, name, spirv)?;
+        let mut stage = module.stage(vk::ShaderStageFlags::COMPUTE, &constants);
+        let caps = &shared.info.caps;
+        let mut size = vk::PipelineShaderStageRequiredSubgroupSizeCreateInfo::default()
+            .required_subgroup_size(caps.subgroup_size);
+        if caps.subgroup_control && uses_subgroups(spirv) {
+            // Some drivers choose among several, and fill them in part.
+            stage = stage
+                .flags(vk::PipelineShaderStageCreateFlags::REQUIRE_FULL_SUBGROUPS)
+                .push_next(&mut size);
+        }
         let info = vk::ComputePipelineCreateInfo::default()
-            .stage(module.stage(vk::ShaderStageFlags::COMPUTE, &constants))
+            .stage(stage)
             .layout(pass.layout);
         let cache = vk::PipelineCache::null();
         // SAFETY: the info and what it points at outlive the call; the pipeline goes into `pass`, whose drop
@@ -96,6 +106,21 @@ impl RawPass {
             table: None,
         })
     }
+}
+
+/// Whether a shader declares one of the capabilities GroupNonUniform, …Vote, …Arithmetic, …Ballot and so on.
+fn uses_subgroups(spirv: &[u8]) -> bool {
+    const HEADER_BYTES: usize = 20;
+    const OP_CAPABILITY: [u8; 4] = [17, 0, 2, 0];
+    let (instructions, _) = spirv
+        .get(HEADER_BYTES..)
+        .unwrap_or_default()
+        .as_chunks::<8>();
+    // Capabilities come first.
+    instructions
+        .iter()
+        .map_while(|instruction| instruction.strip_prefix(&OP_CAPABILITY))
+        .any(|capability| matches!(capability, [61..=68, 0, 0, 0]))
 }
 
 /// A shader until its pipeline is made.

@@ -167,3 +167,26 @@ impl Shared {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::gpu::Gpu;
+    use crate::sort::Scan;
+
+    #[test]
+    fn a_buffer_stays_until_the_work_that_reaches_it_is_done() {
+        let gpu = Gpu::open_as(|_| ());
+        let words = gpu.buffer::<u32>("words", 1 << 24).unwrap();
+        let scan = Scan::new(&gpu, words.len()).unwrap();
+        let mut commands = gpu.commands().unwrap();
+        scan.record(&mut commands, words.ptr(), words.len());
+        let running = commands.start().unwrap();
+        drop(words);
+        let fence = running.recorder.as_ref().unwrap().fence;
+        // SAFETY: the fence was submitted with the work, which was not waited for yet.
+        let done = unsafe { running.shared.device.get_fence_status(fence) };
+        assert_eq!(done, Ok(true));
+        running.wait().unwrap();
+        assert_eq!(gpu.validation_messages(), Vec::<String>::new());
+    }
+}

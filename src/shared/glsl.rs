@@ -139,7 +139,7 @@ macro_rules! shared_structs {
             }
         )*
 
-        fn declare_structs(header: &mut Header) {
+        pub(super) fn declare_structs(header: &mut Header) {
             $(<$name>::declare(header);)*
         }
     };
