@@ -17,13 +17,13 @@ pub const GRID_JOIN: f32 = 1.9;
 shared_constants! {
     /// "There is none": no texture, no hit, no child.
     NONE = u32::MAX;
-    /// [`Light::kind`].
+    /// [`Light::kind`](super::Light::kind).
     LIGHT_TRIANGLE = 0;
     LIGHT_POINT = 1;
     LIGHT_SPOT = 2;
     LIGHT_DIRECTIONAL = 3;
     LIGHT_ENVIRONMENT = 4;
-    /// [`TriangleShading::material`]: the low bits index the material.
+    /// [`TriangleShading::material`](super::TriangleShading::material): the low bits index the material.
     TRIANGLE_MATERIAL_MASK = 0x07ff_ffff;
     /// Edge i, from corner i to corner i + 1, is this bit shifted by i: the surface ends or folds there.
     TRIANGLE_EDGE = 0x0800_0000;
@@ -31,7 +31,7 @@ shared_constants! {
     TRIANGLE_ALPHA = 0x4000_0000;
     /// The triangle is not there seen from behind (glTF: doubleSided false).
     TRIANGLE_ONE_SIDED = 0x8000_0000;
-    /// [`Material::flags`].
+    /// [`Material::flags`](super::Material::flags).
     MATERIAL_SOLID = 1;
     MATERIAL_BLEND = 2;
     MATERIAL_UNLIT = 4;
@@ -57,12 +57,12 @@ shared_constants! {
     FEATURE_INSTANCES = 1 << 24;
     /// Textures in the slot with this number, shifted by it.
     FEATURE_SLOT = 1 << 25;
-    /// Triangles in a leaf of the software scene tree at most; a leaf of so many is one [`Placement`].
+    /// Triangles in a leaf of the software scene tree at most; a leaf of so many is one [`Placement`](super::Placement).
     LEAF_TRIANGLES = 4;
     LEAF_PLACEMENT = 15;
     /// Bits of a leaf's first triangle.
     LEAF_SHIFT = 28;
-    /// Rows of [`World::texture_slots`] for each material, in this order.
+    /// Rows of [`World::texture_slots`](super::World::texture_slots) for each material, in this order.
     SLOT_BASE_COLOR = 0;
     SLOT_METALLIC_ROUGHNESS = 1;
     SLOT_NORMAL = 2;
