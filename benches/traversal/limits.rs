@@ -45,6 +45,7 @@ pub fn run(gpu: &Gpu) -> Result<()> {
             technique: technique.into(),
             ..settings(paths, radius, trace)
         };
+        let boxes = technique == "rtpm" && trace.uses_structures();
         let mut renderer = Renderer::new(gpu, &scene, &settings)?;
         renderer.iterate()?;
         renderer.restart()?;
@@ -76,7 +77,7 @@ pub fn run(gpu: &Gpu) -> Result<()> {
                 let rate = rays as f64 / ms * 1e-3;
                 format!("{rate:.2} | {:.2}", rate / alone)
             });
-            let bytes = least_bytes(part, technique, &counts).map_or("| | ".into(), |bytes| {
+            let bytes = least_bytes(part, boxes, &counts).map_or("| | ".into(), |bytes| {
                 let rate = bytes as f64 / ms * 1e-6;
                 format!(
                     "{:.1} | {rate:.2} | {:.2}",
@@ -90,13 +91,13 @@ pub fn run(gpu: &Gpu) -> Result<()> {
     Ok(())
 }
 
-/// What a pass reads and writes if it touches everything that it needs once: what a gather reads of photons and what
+/// What a pass reads and writes, with photons as positions or as `boxes`, if it touches everything that it needs once: what a gather reads of photons and what
 /// rays read of the scene comes on top.
-fn least_bytes(part: &str, technique: &str, n: &Counts) -> Option<usize> {
+fn least_bytes(part: &str, boxes: bool, n: &Counts) -> Option<usize> {
     let photon = size_of::<Photon>();
-    let place = match technique {
-        "hash-grid" => size_of::<[f32; 3]>(),
-        _ => size_of::<PhotonBox>(),
+    let place = match boxes {
+        true => size_of::<PhotonBox>(),
+        false => size_of::<[f32; 3]>(),
     } + size_of::<PhotonPower>();
     let word = size_of::<u32>();
     Some(match part {
