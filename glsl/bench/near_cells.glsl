@@ -6,9 +6,17 @@ void find_near(PhotonMaps maps, uint map, vec3 position_w, float radius) {
     PhotonGrid grid = map == MAP_CAUSTIC ? maps.caustic_grid : maps.global_grid;
     float reach = radius * 1.001;
     uvec3 first = grid_cell(grid, position_w - reach), last = grid_cell(grid, position_w + reach), cell;
-    for (cell.z = first.z; cell.z <= last.z; cell.z++) for (cell.y = first.y; cell.y <= last.y; cell.y++) for (cell.x = first.x; cell.x <= last.x; cell.x++) {
-        uint slot = cell_slot(grid, cell), end = grid.starts.at[slot + 1u];
-        for (uint i = grid.starts.at[slot]; i < end; i++)
-            if (photon_is_near(maps, i, position_w, radius * radius)) visit_photon(i, photon_at(maps, i));
-    }
+    cell.z = first.z;
+    do {
+        cell.y = first.y;
+        do {
+            cell.x = first.x;
+            do {
+                uint slot = cell_slot(grid, cell), i = grid.starts.at[slot], end = grid.starts.at[slot + 1u];
+                if (i < end) do {
+                    if (photon_is_near(maps, i, position_w, radius * radius)) visit_photon(i, photon_at(maps, i));
+                } while (++i < end);
+            } while (++cell.x <= last.x);
+        } while (++cell.y <= last.y);
+    } while (++cell.z <= last.z);
 }

@@ -11,5 +11,6 @@ void main() {
     uint slot = i == 0u ? 0u : push.keys.at[i - 1u] + 1u;
     uint end = i == push.count ? push.slots : push.keys.at[i];
     // Slots between this photon's and the one before it are empty.
-    for (; slot <= end; slot++) push.starts.at[slot] = i;
+    if (slot <= end) do push.starts.at[slot] = i;
+    while (++slot <= end);
 }

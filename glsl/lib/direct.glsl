@@ -12,12 +12,12 @@ float light_pdf_solid_angle(World world, vec3 from_w, uint triangle, vec2 bary, 
 #endif
     // The last light that begins at this part or before.
     uint low = 0u, high = world.first_delta_light;
-    while (low < high) {
+    if (low < high) do {
         uint middle = (low + high) / 2u;
         Light light = load_Light(world.lights, world.lights_by_triangle.at[middle]);
         if (light.triangle < triangle || (light.triangle == triangle && light.part <= key)) low = middle + 1u;
         else high = middle;
-    }
+    } while (low < high);
     if (low == 0u) return 0.0;
     uint index = world.lights_by_triangle.at[low - 1u];
     Light light = load_Light(world.lights, index);
@@ -111,7 +111,8 @@ Direct direct_light(World world, Surface s, vec3 medium, bool diffuse, bool skip
     uint count = world.light_count > FEW_LIGHTS ? LIGHT_CANDIDATES : 1u;
     LightSample chosen;
     float total = 0.0, chosen_weight = 0.0;
-    for (uint i = 0u; i < count; i++) {
+    uint i = 0u;
+    do {
         // Branches of the tree far from each other, points far from each other (Roberts's R2 sequence).
         uvec2 shift = uvec2(0xffffffffu / count, 0x9e3779b9u) * i;
         vec2 at = fract(u.xy + float(i) * vec2(0.7548776662, 0.5698402910));
@@ -128,7 +129,7 @@ Direct direct_light(World world, Surface s, vec3 medium, bool diffuse, bool skip
         } else {
             u.z = (u.z - probability) / (1.0 - probability);
         }
-    }
+    } while (++i < count);
     if (chosen_weight == 0.0) return Direct(vec3(0.0), vec3(0.0));
     float share = total / (chosen_weight * float(count));
     Direct d = Direct(chosen.light.diffuse * share, chosen.light.specular * share);

@@ -20,16 +20,17 @@ uint choose_light_near(World world, vec3 position_w, uvec2 bits, out float proba
     LightNode n = load_LightNode(world.light_tree, 0u);
     float u = float(bits.x >> 8u) * 5.9604644775390625e-8;
     probability = 1.0;
-    for (uint level = 0u; n.child != NONE; level++) {
+    uint level = 0u;
+    if (n.child != NONE) do {
         // A float of 24 bits is used up by then.
-        if (level == 12u) u = float(bits.y >> 8u) * 5.9604644775390625e-8;
+        if (level++ == 12u) u = float(bits.y >> 8u) * 5.9604644775390625e-8;
         float right = right_probability(world, n, position_w);
         bool goes_right = u < right;
         float chance = goes_right ? right : 1.0 - right;
         u = min((goes_right ? u : u - right) / chance, 0.99999994);
         probability *= chance;
         n = load_LightNode(world.light_tree, n.child + uint(goes_right));
-    }
+    } while (n.child != NONE);
     return n.light;
 }
 
@@ -38,10 +39,11 @@ float light_probability(World world, uint light, vec3 position_w) {
     LightNode n = load_LightNode(world.light_tree, 0u);
     uint trail = world.lights.at[light].trail;
     float probability = 1.0;
-    for (; n.child != NONE; trail >>= 1u) {
+    if (n.child != NONE) do {
         float right = right_probability(world, n, position_w);
         probability *= (trail & 1u) != 0u ? right : 1.0 - right;
         n = load_LightNode(world.light_tree, n.child + (trail & 1u));
-    }
+        trail >>= 1u;
+    } while (n.child != NONE);
     return probability;
 }

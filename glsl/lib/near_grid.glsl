@@ -2,8 +2,8 @@
 // each other search together. Each looks up another row of cells that any of them reaches. Then they test photons of all
 // those rows, as many at once as they are, and keep those that any of them reaches until each has one to read, which is
 // shown to all. So a photon is read and unpacked once, not once for each thread, and no thread waits for another's row.
-// Loops end with their condition, and do no more than a full turn at a time: a CPU device runs a loop that begins with one
-// once more than needed, for no thread, and whatever is under a condition always.
+// Loops end with their condition, here and wherever time counts: a CPU device runs a loop that begins with one once more
+// than needed, for no thread. (It skips an `if` that no thread meets.)
 // A thread may seek for more points than one: the more search together, the fewer rows and photons each has to pay for.
 // All threads of a subgroup must call, with `wanted` false for points that seek nothing.
 

@@ -20,7 +20,7 @@ void find_near(PhotonMaps maps, uint map, vec3 position_w, float radius) {
     for (;;) {
         uint leaf = NONE;
         // Leaves come out of the inner loop, so that neighbouring threads test photons together.
-        while (leaf == NONE && (pending.x | pending.y) != 0u) {
+        if ((pending.x | pending.y) != 0u) do {
             if (pending.x == 0u) {
                 pending = uvec2(pending.y, 0u);
                 level -= 32u / FANOUT;
@@ -48,10 +48,12 @@ void find_near(PhotonMaps maps, uint map, vec3 position_w, float radius) {
             pending = uvec2(pending.x << FANOUT | met, pending.y << FANOUT | pending.x >> (32u - FANOUT));
             parent = place;
             level++;
-        }
+        } while (leaf == NONE && (pending.x | pending.y) != 0u);
         if (leaf == NONE) return;
-        uint begin = leaf * PHOTON_LEAF, end = min(begin + PHOTON_LEAF, count);
-        for (uint i = first + begin; i < first + end; i++)
+        uint begin = leaf * PHOTON_LEAF, end = min(begin + PHOTON_LEAF, count), i = first + begin;
+        // A radius beyond the grid of boxes meets the empty ones too.
+        if (i < first + end) do {
             if (photon_is_near(maps, i, position_w, radius2)) visit_photon(i, photon_at(maps, i));
+        } while (++i < first + end);
     }
 }
