@@ -20,6 +20,7 @@ pub use scene::*;
 use crate::gpu::{GROUP_SIZE, Ptr};
 use constants::CONSTANTS;
 use glsl::{Glsl, Header};
+
 /// The text of the virtual file `shared.glsl` that every pass includes.
 pub fn glsl_header() -> String {
     let mut header = Header::default();

@@ -130,7 +130,7 @@ mod tests {
             for ((low, high), [wide_low, wide_high]) in boxes.iter().zip(boxes_of(&node)) {
                 for axis in 0..3 {
                     let (low, high) = (f64::from(low[axis]), f64::from(high[axis]));
-                    let least = edge(node.exponents >> (8 * axis) & 255) * PADDING * 0.99;
+                    let least = edge(node.exponents >> (8 * axis) & 255) * 0.06;
                     assert!(
                         low - wide_low[axis] >= least,
                         "{scale} {shift}: {low} {wide_low:?}"
