@@ -12,6 +12,7 @@
 //! | [`world`] | the scene on the device |
 //! | [`bvh`] | the software traversal's trees over triangles and photons |
 //! | [`view`], [`photons`], [`film`] | what all techniques share: camera paths, light paths, sums |
+//! | [`guide`] | where light paths begin, and how that is learned |
 //! | [`technique`] | the techniques, one file each |
 //! | [`render`] | settings and a scene become iterations and a picture |
 //! | [`image`] | pictures: EXR and PNG in and out |
@@ -27,6 +28,7 @@ pub mod error;
 pub mod film;
 #[allow(unsafe_code)]
 pub mod gpu;
+pub mod guide;
 pub mod image;
 pub mod metrics;
 pub mod photons;

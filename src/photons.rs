@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, DeviceKind, Gpu, Pass, Ptr};
+use crate::guide::Guide;
 use crate::render::Traced;
 use crate::shaders::spirv;
 use crate::shared::{CULL_CELLS, CullPush, EmitPush, PhotonGrid, PhotonKeysPush};
@@ -70,7 +71,14 @@ impl Photons {
     }
 
     /// Traces the light paths. Their counters may exceed what there is room for: then photons are missing.
-    pub fn record_emit(&self, commands: &mut Commands, world: &World, traced: &Traced, paths: u32) {
+    pub fn record_emit(
+        &self,
+        commands: &mut Commands,
+        world: &World,
+        guide: &Guide,
+        traced: &Traced,
+        paths: u32,
+    ) {
         commands.fill(&traced.counters, 0);
         let push = EmitPush {
             world: world.world.ptr(),
@@ -79,6 +87,7 @@ impl Photons {
             photons: traced.photons.ptr(),
             path_photons: traced.path_photons.ptr(),
             counters: traced.counters.ptr(),
+            guide: guide.ptr(),
         };
         let threads = paths.div_ceil(self.paths_per_thread);
         commands.dispatch(&self.emit, &push, threads as usize);

@@ -10,6 +10,7 @@ mod traced;
 
 use crate::film::Film;
 use crate::gpu::{Gpu, Timings};
+use crate::guide::Guide;
 use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
 use crate::scene::Scene;
@@ -129,6 +130,8 @@ impl Renderer {
             timings: Timings::new(),
             idle: Idle::default(),
             ledger: Ledger64::default(),
+            guide: Guide::none(gpu, &world)?,
+            direct_features: direct,
             world,
             view,
             photons,

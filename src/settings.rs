@@ -67,6 +67,10 @@ pub struct Settings {
     #[arg(long, value_enum, default_value_t = Settings::default().cull)]
     pub cull: Switch,
 
+    /// Begin light paths where the pilot learned that they matter; `auto`: where that is worth it
+    #[arg(long, value_enum, default_value_t = Settings::default().guide)]
+    pub guide: Switch,
+
     /// Evaluate the BSDF for every photon found, or for a few chosen by a reservoir
     #[arg(long, value_enum, default_value_t = Settings::default().evaluate)]
     pub evaluate: Evaluate,
@@ -113,6 +117,7 @@ impl Default for Settings {
             technique: AUTO.into(),
             direct: Direct::Auto,
             cull: Switch::Auto,
+            guide: Switch::Auto,
             evaluate: Evaluate::Full,
             reservoir: 3,
             reject: 0.0,

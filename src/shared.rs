@@ -6,12 +6,14 @@
 
 mod constants;
 pub mod glsl;
+mod guide;
 mod maps;
 mod push;
 mod records;
 mod scene;
 
 pub use constants::*;
+pub use guide::*;
 pub use maps::*;
 pub use push::*;
 pub use records::*;
@@ -35,6 +37,7 @@ pub fn glsl_header() -> String {
         scene::declare_structs,
         records::declare_structs,
         maps::declare_structs,
+        guide::declare_structs,
         push::declare_structs,
     ] {
         declare(&mut header);
@@ -48,5 +51,6 @@ const _: () = {
     assert!(offset_of!(ViewPush, world) == 0);
     assert!(offset_of!(PathPush, world) == 0);
     assert!(offset_of!(EmitPush, world) == 0);
+    assert!(offset_of!(ImportancePush, world) == 0);
     assert!(offset_of!(BenchRaysPush, world) == 0);
 };

@@ -148,8 +148,6 @@ impl World {
             node: geometry.root,
             light_count: lights.len() as u32,
             first_delta_light: by_triangle.len() as u32,
-            center_w: ((min + max) * 0.5).into(),
-            radius: (max - min).length() * 0.5,
             unused: 0,
             environment: held
                 .environment

@@ -12,6 +12,8 @@
 #include "lib/trace.glsl"
 #include "lib/environment.glsl"
 #include "lib/light.glsl"
+#include "lib/emission.glsl"
+#include "lib/guide.glsl"
 #include "lib/photon.glsl"
 #include "lib/cull.glsl"
 
@@ -46,6 +48,8 @@ struct LightPath {
     uvec2 chance;
     // Average over the channels at the light.
     float emitted;
+    // Of the guide there.
+    float density;
     uint edges;
     uint stored;
     bool specular_only;
@@ -58,10 +62,13 @@ LightPath begin(World world, Frame frame, uint index) {
     umulExtended(frame.iteration, frame.paths, high, low);
     low = uaddCarry(low, index, carry);
     uint seed = mix_seed(frame.seed ^ mix_seed(STREAM_PHOTON + high + carry));
-    uint light = choose_light(world, sequence_bits(low, seed));
-    Emission e = emit_photon(world, light, frame.paths, sequence_pair(low, seed + 1u), sequence_pair(low, seed + 2u));
+    Primary primary = Primary(sequence_bits(low, seed).x, sequence_bits(low, seed + 1u), sequence_bits(low, seed + 2u));
+    Guide guide = push.guide.at[0];
+    float density = guide_sample(guide, primary);
+    Emission e = emit_photon(world, guide, primary);
+    e.flux /= density * float(frame.paths);
     Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
-    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), uvec2(low, seed + 2u), average(e.flux), 1u, 0u, true);
+    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), uvec2(low, seed + 2u), average(e.flux), density, 1u, 0u, true);
 }
 
 // u: uniform. Drawn for every event, so that rejection changes no path.
@@ -83,6 +90,7 @@ void store_photon(Frame frame, Surface s, float u, inout LightPath path) {
     // Of a blended surface, photons and view samples each meet only a share.
     photon.path = path.index;
     photon.number = path.stored++ | map << 31;
+    photon.density = path.density;
     photon.power = pack_power(path.flux * (shading_ratio(s) / (keep * s.coverage)), s.wo, s.normal_g, path.edges);
     store_Photon(push.photons, slot, photon);
     if (map == MAP_CAUSTIC) atomicAdd(push.counters.at[0].caustic_photons, 1u);

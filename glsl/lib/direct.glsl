@@ -3,8 +3,8 @@
 // Needs bsdf.glsl, trace.glsl, light.glsl, light_tree.glsl.
 // Out: radiance [nit]; densities per solid angle.
 
-// With which `sample_light` at `from_w` would have sampled this point of an emissive triangle.
-float light_pdf_solid_angle(World world, vec3 from_w, uint triangle, vec2 bary, vec3 direction, float distance_w) {
+// The light that a point of an emissive triangle belongs to; NONE where it is dark.
+uint light_at(World world, uint triangle, vec2 bary) {
 #ifdef TEXTURES
     uint key = part_key(bary);
 #else
@@ -18,12 +18,19 @@ float light_pdf_solid_angle(World world, vec3 from_w, uint triangle, vec2 bary, 
         if (light.triangle < triangle || (light.triangle == triangle && light.part <= key)) low = middle + 1u;
         else high = middle;
     } while (low < high);
-    if (low == 0u) return 0.0;
+    if (low == 0u) return NONE;
     uint index = world.lights_by_triangle.at[low - 1u];
     Light light = load_Light(world.lights, index);
     // Dark parts are no lights.
     uint length = uint(square(light.part_edge) * float(1u << 2u * PART_LEVELS));
-    if (light.triangle != triangle || key - light.part >= length) return 0.0;
+    return light.triangle != triangle || key - light.part >= length ? NONE : index;
+}
+
+// With which `sample_light` at `from_w` would have sampled this point of an emissive triangle.
+float light_pdf_solid_angle(World world, vec3 from_w, uint triangle, vec2 bary, vec3 direction, float distance_w) {
+    uint index = light_at(world, triangle, bary);
+    if (index == NONE) return 0.0;
+    Light light = load_Light(world.lights, index);
     Corners p = corners_of(world, triangle);
     float cosine = max(-dot(face_normal(p), direction), 1e-6);
     return light_probability(world, index, from_w) * distance_w * distance_w / (part_area(light, p) * cosine);
@@ -44,9 +51,15 @@ struct Direct {
 
 // A point on a light, as seen from a surface.
 struct LightSample {
+    uint index;
+    // Of a triangle.
+    vec2 bary;
     vec3 wi;
     float distance_w;
-    // Unless something is in the way.
+    // Unless something is in the way: what a surface that scatters evenly, albedo 1, would turn towards the eye [nit],
+    // of this one strategy alone.
+    vec3 even;
+    // Likewise, what this surface does, in balance with paths that hit the light.
     Direct light;
 };
 
@@ -54,20 +67,23 @@ struct LightSample {
 // `diffuse`: whether to ask for that lobe.
 LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec2 choice, vec2 u) {
     LightSample l;
+    l.even = vec3(0.0);
     l.light = Direct(vec3(0.0), vec3(0.0));
+    l.bary = vec2(0.0);
     float probability;
-    Light light = load_Light(world.lights, choose_light_near(world, s.position_w, choice, probability));
+    l.index = choose_light_near(world, s.position_w, choice, probability);
+    Light light = load_Light(world.lights, l.index);
     vec3 irradiance = vec3(0.0);
     float pdf_light = 0.0;
     if (HAS_AREA_LIGHTS && light.kind == LIGHT_TRIANGLE) {
-        vec2 bary = sample_part(light, u);
+        l.bary = sample_part(light, u);
         Corners p = corners_of(world, light.triangle);
-        vec3 to = interpolate(p.p0, p.p1, p.p2, bary) - s.position_w;
+        vec3 to = interpolate(p.p0, p.p1, p.p2, l.bary) - s.position_w;
         l.distance_w = length(to);
         l.wi = to / l.distance_w;
         float cosine = -dot(face_normal(p), l.wi);
         if (!(cosine > 0.0)) return l;
-        irradiance = emission_at(world, light.triangle, bary);
+        irradiance = emission_at(world, light.triangle, l.bary);
         pdf_light = probability * l.distance_w * l.distance_w / (part_area(light, p) * cosine);
         // The light itself must not shade the light.
         l.distance_w *= 0.9999;
@@ -85,6 +101,7 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
         irradiance *= transmittance(next_medium(s, medium, lobe), l.distance_w);
     }
     irradiance *= abs(dot(s.normal_s, l.wi));
+    l.even = irradiance / (PI * (pdf_light > 0.0 ? pdf_light : 1.0));
     float pdf_diffuse, pdf_specular;
     if (diffuse) {
         l.light.diffuse = eval_diffuse(s, l.wi, pdf_diffuse) * irradiance;

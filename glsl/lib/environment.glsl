@@ -40,7 +40,8 @@ EnvironmentLight environment_light(Environment e, EnvironmentCell cell, vec2 at)
     return l;
 }
 
-EnvironmentLight environment_towards(Environment e, vec3 direction_w) {
+// The cell that a direction lies in, and its place there in [0, 1]².
+EnvironmentCell environment_cell_towards(Environment e, vec3 direction_w, out vec2 at) {
     float r2 = dot(direction_w.xz, direction_w.xz);
     float azimuth = r2 > 0.0 ? atan(direction_w.z, direction_w.x) : 0.0;
     float x = fract(azimuth / (2.0 * PI) + 0.5 + e.rotation - 0.5 / float(e.size.x)) * float(e.size.x);
@@ -52,7 +53,19 @@ EnvironmentLight environment_towards(Environment e, vec3 direction_w) {
     float large = 0.5 * (1.0 + abs(direction_w.y)), small = r2 / (4.0 * large);
     vec2 top = load_EnvironmentRow(e.rows, cell.row).half_angle2, bottom = load_EnvironmentRow(e.rows, cell.row + 1u).half_angle2;
     float along = north ? (small - top.x) / (bottom.x - top.x) : (top.y - small) / (top.y - bottom.y);
-    return environment_light(e, cell, clamp(vec2(x - float(cell.column), along), vec2(0.0), vec2(1.0)));
+    at = clamp(vec2(x - float(cell.column), along), vec2(0.0), vec2(1.0));
+    return cell;
+}
+
+EnvironmentLight environment_towards(Environment e, vec3 direction_w) {
+    vec2 at;
+    EnvironmentCell cell = environment_cell_towards(e, direction_w, at);
+    return environment_light(e, cell, at);
+}
+
+// The means of the channels at the corners of a cell.
+vec4 corner_means(EnvironmentCell cell) {
+    return vec4(average(cell.corners[0]), average(cell.corners[1]), average(cell.corners[2]), average(cell.corners[3]));
 }
 
 // In proportion to a line from a to b over [0, 1].
@@ -84,7 +97,7 @@ EnvironmentLight sample_environment(Environment e, vec2 u, out vec3 direction_w)
     u.x = (u.x - before) / (e.columns.at[first + column + 1u] - before);
 
     EnvironmentCell cell = environment_cell(e, row, column);
-    vec4 w = vec4(average(cell.corners[0]), average(cell.corners[1]), average(cell.corners[2]), average(cell.corners[3]));
+    vec4 w = corner_means(cell);
     vec2 at;
     at.y = sample_linear(u.y, w.x + w.y, w.z + w.w);
     vec2 line = mix(w.xy, w.zw, at.y);
@@ -95,4 +108,19 @@ EnvironmentLight sample_environment(Environment e, vec2 u, out vec3 direction_w)
     float r = 2.0 * sqrt(half_angle2.x * half_angle2.y);
     direction_w = vec3(r * cos(azimuth), half_angle2.y - half_angle2.x, r * sin(azimuth));
     return environment_light(e, cell, at);
+}
+
+// The share of a line from a to b over [0, 1] that lies before x: the inverse of sample_linear.
+float linear_before(float x, float a, float b) { return a + b > 0.0 ? x * (2.0 * a + (b - a) * x) / (a + b) : x; }
+
+// The numbers for which sample_environment draws this direction.
+vec2 environment_numbers(Environment e, vec3 direction_w) {
+    vec2 at;
+    EnvironmentCell cell = environment_cell_towards(e, direction_w, at);
+    vec4 w = corner_means(cell);
+    vec2 line = mix(w.xy, w.zw, at.y);
+    uint first = cell.row * (e.size.x + 1u) + cell.column;
+    vec2 before = vec2(e.columns.at[first], e.rows.at[cell.row].cumulative);
+    vec2 after = vec2(e.columns.at[first + 1u], e.rows.at[cell.row + 1u].cumulative);
+    return mix(before, after, vec2(linear_before(at.x, line.x, line.y), linear_before(at.y, w.x + w.y, w.z + w.w)));
 }

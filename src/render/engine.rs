@@ -6,6 +6,7 @@ use super::traced::{Traced, Turns};
 use crate::Result;
 use crate::film::Film;
 use crate::gpu::{Commands, Done, Gpu, Ptr, Timings};
+use crate::guide::Guide;
 use crate::photons::{Order, Photons};
 use crate::settings::Evaluate;
 use crate::shared::{Counters, Frame};
@@ -18,6 +19,9 @@ pub struct Engine {
     pub(super) turns: Turns,
     pub gpu: Gpu,
     pub world: World,
+    pub guide: Guide,
+    /// FEATURE_ bits of direct light.
+    pub direct_features: u32,
     pub view: View,
     pub photons: Photons,
     pub film: Film,

@@ -2,6 +2,7 @@
 //! whether culling pays, and how many photons the buffers must hold.
 
 use super::engine::Engine;
+use crate::guide::{Focus, Guide, learn};
 use crate::settings::{Length, Settings, Switch};
 use crate::shared::ViewSample;
 use crate::{Error, Result};
@@ -21,8 +22,19 @@ const CULL_BELOW: f32 = 0.75;
 /// Sets the first radii, culling, and buffer sizes of the engine.
 pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
     engine.begin(0);
-    let counts = engine.trace_paths()?;
+    let mut counts = engine.trace_paths()?;
     let samples = view_samples(engine)?;
+    if settings.guide != Switch::Off
+        && engine.frame_data.paths > 0
+        && let Some(focus) = Focus::of(&samples)
+    {
+        let start = std::time::Instant::now();
+        let tree = learn(engine, &focus)?;
+        eprintln!("learned {} cells in {:?}, focus {focus:?}", tree.cells.len(), start.elapsed());
+        engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
+        engine.begin(0);
+        counts = engine.trace_paths()?;
+    }
     let photons = engine.traced().positions(&engine.gpu, counts)?;
     let stored = counts[0] + counts[1];
 

@@ -161,7 +161,7 @@ impl Engine {
                 self.photons.record_cull(&mut commands, traced);
             }
             self.photons
-                .record_emit(&mut commands, &self.world, traced, frame.paths);
+                .record_emit(&mut commands, &self.world, &self.guide, traced, frame.paths);
             commands.copy(&traced.counters, 0..1, &traced.counted, 0);
         }
         Ok(Tracing {

@@ -71,6 +71,10 @@ shared_constants! {
     SLOT_SPECULAR_COLOR = 5;
     SLOT_TRANSMISSION = 6;
     SLOTS_PER_MATERIAL = 7;
+    /// Records of each path that looks for light, at most.
+    IMPORTANCE_RECORDS = 12;
+    /// Blocks along each edge of the image, in which light is compared.
+    IMPORTANCE_BLOCKS = 16;
     /// The two photon maps; also bit of the instance mask and the top bit of the sort key.
     MAP_CAUSTIC = 0;
     MAP_GLOBAL = 1;

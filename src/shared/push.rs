@@ -1,6 +1,7 @@
 //! The arguments of each pass.
 
 use super::glsl::{Glsl, Header, shared_structs};
+use super::guide::*;
 use super::maps::*;
 use super::records::*;
 use super::scene::*;
@@ -38,6 +39,19 @@ shared_structs! {
         /// How many each path leaves.
         path_photons: Ptr<u32>,
         counters: Ptr<Counters>,
+        guide: Ptr<Guide>,
+    }
+
+    /// The arguments of `importance`.
+    struct ImportancePush {
+        world: Ptr<World>,
+        frame: Ptr<Frame>,
+        guide: Ptr<Guide>,
+        /// [`IMPORTANCE_RECORDS`](super::IMPORTANCE_RECORDS) a path.
+        records: Ptr<Importance>,
+        paths: Ptr<ImportancePath>,
+        count: u32,
+        unused: u32,
     }
 
     /// Exclusive prefix sum, one level of a tree: `values` become offsets within their chunk, the

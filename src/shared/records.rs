@@ -61,7 +61,8 @@ shared_structs! {
         path: u32,
         /// How many photons the path left before this one; the map in the top bit.
         number: u32,
-        unused: u32,
+        /// Of the guide where the path began, over that without one.
+        density: f32,
     }
 
     /// What a photon carries.

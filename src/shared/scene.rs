@@ -50,7 +50,7 @@ shared_structs! {
         row1: [f32; 3],
     }
 
-    /// Something that emits photons, and its row of the alias table.
+    /// Something that emits photons.
     struct Light {
         kind: u32,
         /// The triangle of an emissive one, and which part of it: see `world::emission`.
@@ -58,11 +58,10 @@ shared_structs! {
         part: u32,
         part_corner: [f32; 2],
         part_edge: f32,
-        /// The probability that a light path begins here.
+        /// The probability that a light path begins here, without a guide.
         probability: f32,
-        /// Alias method (Vose 1991): keep this row below `alias_threshold`, else take row `alias`.
-        alias_threshold: f32,
-        alias: u32,
+        /// The first of the 2^32 numbers that choose this light.
+        first_number: u32,
         position_w: [f32; 3],
         /// The direction that a spot or directional light shines in.
         direction_w: [f32; 3],
@@ -72,7 +71,6 @@ shared_structs! {
         cos_outer: f32,
         /// The way to it from the light tree's root: a bit for each level, the lowest first, 1 for the right child.
         trail: u32,
-        unused: u32,
     }
 
     /// A group of lights, or one (see `light_tree.glsl`).
@@ -163,9 +161,6 @@ shared_structs! {
         light_count: u32,
         /// Where the lights without area begin; the environment is the last of all.
         first_delta_light: u32,
-        center_w: [f32; 3],
-        /// Of the bounding sphere (m).
-        radius: f32,
         unused: u32,
         environment: Environment,
     }

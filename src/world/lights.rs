@@ -1,5 +1,5 @@
-//! Everything that emits, with the table that chooses among it in proportion to luminous flux, for light paths, and the
-//! tree that does so by place, for rays to the lights.
+//! Everything that emits, with the numbers that choose among it in proportion to luminous flux, for light paths, and
+//! the tree that does so by place, for rays to the lights.
 
 use super::light_tree::{self, Emitter};
 use super::{emission, environment};
@@ -112,10 +112,11 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode
              emissiveFactor, or add a light (KHR_lights_punctual)",
         ));
     }
-    // A light far dimmer than the rest still gets its share to the precision of the table's numbers.
-    let floor = 1e-3 * fluxes.iter().sum::<f64>() / fluxes.len() as f64;
+    // A light far dimmer than the rest still gets numbers that choose it.
+    let total = fluxes.iter().sum::<f64>();
+    let floor = total * (1e-3 / fluxes.len() as f64).max(1e-9);
     fluxes.iter_mut().for_each(|flux| *flux = flux.max(floor));
-    alias_table(&mut lights, &fluxes);
+    share_numbers(&mut lights, &fluxes);
     let tree = light_tree::build(&emitters, &mut lights);
     Ok((lights, tree))
 }
@@ -198,26 +199,16 @@ fn delta_light(light: &scene::Light, scene_radius: f32) -> (Light, Vec3) {
     }
 }
 
-/// Alias method (Vose 1991): O(1) choice in proportion to `weights`.
-fn alias_table(lights: &mut [Light], weights: &[f64]) {
-    let total: f64 = weights.iter().sum();
-    let scale = lights.len() as f64 / total;
-    let mut left: Vec<f64> = weights.iter().map(|w| w * scale).collect();
-    let (mut small, mut large): (Vec<usize>, Vec<usize>) =
-        (0..left.len()).partition(|&i| left[i] < 1.0);
-    for (i, light) in lights.iter_mut().enumerate() {
-        light.probability = (weights[i] / total) as f32;
-        light.alias_threshold = 1.0;
-        light.alias = i as u32;
-    }
-    while let (Some(s), Some(&l)) = (small.pop(), large.last()) {
-        lights[s].alias_threshold = left[s] as f32;
-        lights[s].alias = l as u32;
-        left[l] -= 1.0 - left[s];
-        if left[l] < 1.0 {
-            large.pop();
-            small.push(l);
-        }
+/// Gives each light an interval of the 2^32 numbers that choose one, as long as its flux.
+fn share_numbers(lights: &mut [Light], fluxes: &[f64]) {
+    const NUMBERS: f64 = 4294967296.0;
+    let scale = NUMBERS / fluxes.iter().sum::<f64>();
+    let mut before = 0.0;
+    for (light, flux) in lights.iter_mut().zip(fluxes) {
+        let first = f64::round(before * scale);
+        before += flux;
+        light.first_number = first as u32;
+        light.probability = ((f64::round(before * scale) - first) / NUMBERS) as f32;
     }
 }
 
@@ -239,19 +230,17 @@ mod tests {
     }
 
     #[test]
-    fn alias_table_chooses_in_proportion() {
+    fn lights_share_all_numbers() {
         let weights = [1.0, 5.0, 0.25, 3.0, 1e-3];
         let mut lights = vec![Light::default(); weights.len()];
-        alias_table(&mut lights, &weights);
+        share_numbers(&mut lights, &weights);
         let total: f64 = weights.iter().sum();
-        let mut chosen = vec![0.0; weights.len()];
-        for (i, light) in lights.iter().enumerate() {
-            let keep = f64::from(light.alias_threshold);
-            chosen[i] += keep / weights.len() as f64;
-            chosen[light.alias as usize] += (1.0 - keep) / weights.len() as f64;
-        }
-        for (c, w) in chosen.iter().zip(weights) {
-            assert!((c - w / total).abs() < 1e-6, "{c} for {w}");
+        let ends = lights[1..].iter().map(|l| u64::from(l.first_number));
+        let ends: Vec<u64> = ends.chain([1 << 32]).collect();
+        for ((light, end), weight) in lights.iter().zip(ends).zip(weights) {
+            let numbers = (end - u64::from(light.first_number)) as f64 / 4294967296.0;
+            assert!((numbers - weight / total).abs() < 1e-9, "{numbers}");
+            assert!((numbers / f64::from(light.probability) - 1.0).abs() < 1e-6);
         }
     }
 }
