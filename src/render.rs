@@ -5,6 +5,7 @@ mod choices;
 mod engine;
 mod idle;
 mod pilot;
+mod probes;
 mod radius;
 mod traced;
 

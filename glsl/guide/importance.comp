@@ -33,6 +33,12 @@ vec2 to_maps(uint layer, vec3 radiance) {
     return vec2(layer == LAYER_CAUSTIC ? l : 0.0, global ? l : 0.0);
 }
 
+void add_seen(inout float seen, vec3 radiance) {
+    float l = luminance(radiance);
+    // Nor NaN.
+    if (l > 0.0) seen = min(seen + l, 1e30);
+}
+
 // Of a light, through a point, in the direction that its light goes.
 void record(World world, Guide guide, uint path, inout uint count, uint light, vec2 bary, vec3 through_w, vec3 direction_w, vec2 weight) {
     // Nor NaN.
@@ -67,7 +73,7 @@ void main() {
         FramePixel found = nothing_seen();
         vec3 direction_w = path.direction_w, event_w = path.event_w;
         bool met = arrive(world, path, found, s, hit);
-        seen += luminance(found.emission + found.direct + found.caustic + found.global);
+        add_seen(seen, found.emission + found.direct + found.caustic + found.global);
         vec2 weight = to_maps(LAYER_DIRECT, found.direct) + to_maps(LAYER_CAUSTIC, found.caustic) + to_maps(LAYER_GLOBAL, found.global);
         // At most one light shines at the end of an edge.
         if (weight.x + weight.y > 0.0) {
@@ -80,7 +86,7 @@ void main() {
         bool diffuse = max_component(diffuse_color(s)) > 0.0;
         LightSample l = sample_light(world, s, path.medium, diffuse, next_pair_bits(path, 0u), next_pair(path, 1u));
         if (max_component(l.even) > 0.0 && !occluded(world, leave(s, l.wi), l.wi, l.distance_w, false, next_chance(path, 7u))) {
-            seen += luminance(path.throughput * (l.light.diffuse + l.light.specular));
+            add_seen(seen, path.throughput * (l.light.diffuse + l.light.specular));
             Lobes lobes = lobes_at(s, clamp(dot(s.normal_s, s.wo), 0.0, 1.0));
             vec3 scattered = l.even * (dot(s.normal_g, l.wi) < 0.0 ? lobes.transmittance : lobes.reflectance);
             weight = to_maps(layer_after(path.layer, true), path.throughput * l.light.diffuse);

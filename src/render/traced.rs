@@ -4,7 +4,6 @@ use super::engine::Engine;
 use crate::Result;
 use crate::gpu::{Buffer, DeviceKind, Gpu, Running};
 use crate::shared::{Counters, Frame, FramePixel, Photon, ViewSample};
-use glam::Vec3;
 use std::collections::VecDeque;
 
 /// What the paths of one iteration leave for the rest of it.
@@ -33,15 +32,6 @@ impl Traced {
             counters: gpu.buffer("counters", 1)?,
             counted: gpu.host_buffer("counted", 1)?,
         })
-    }
-
-    /// Positions (m) of the first `counts` caustic and global photons, in any order.
-    pub fn positions(&self, gpu: &Gpu, counts: [u32; 2]) -> Result<[Vec<Vec3>; 2]> {
-        let mut positions = [Vec::new(), Vec::new()];
-        for photon in gpu.read(&self.photons, 0..(counts[0] + counts[1]) as usize)? {
-            positions[(photon.number >> 31) as usize].push(photon.position_w.into());
-        }
-        Ok(positions)
     }
 }
 

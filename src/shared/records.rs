@@ -142,3 +142,12 @@ shared_structs! {
         radius2: [f32; 2],
     }
 }
+
+impl PhotonPower {
+    /// In lumen per channel, as `photon_flux` in `photon.glsl` has it.
+    pub fn flux(&self) -> [f32; 3] {
+        let [low, high] = self.flux;
+        let unit = ((high >> 22) as f32 - 256.0 - 16.0).exp2();
+        [low & 0xffff, low >> 16, high & 0xffff].map(|mantissa| mantissa as f32 * unit)
+    }
+}

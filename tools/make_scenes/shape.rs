@@ -30,14 +30,55 @@ impl Shape {
     }
 
     /// A box from `low` to `high`; `side` is 1 for fronts outside, −1 for fronts inside.
-    pub fn cuboid(mut self, low: DVec3, high: DVec3, side: f64) -> Self {
+    pub fn cuboid(self, low: DVec3, high: DVec3, side: f64) -> Self {
         let size = high - low;
-        let (x, y, z) = (DVec3::X * size, DVec3::Y * size, DVec3::Z * size);
+        self.block(low, DVec3::AXES.map(|axis| axis * size), side)
+    }
+
+    /// The like with any right-handed `edges` from `corner`: leaning slats, doors ajar.
+    pub fn block(mut self, corner: DVec3, edges: [DVec3; 3], side: f64) -> Self {
+        let [x, y, z] = edges;
         for (u, v, w) in [(x, y, z), (y, z, x), (z, x, y)] {
-            let (near, far) = if side > 0.0 { (low, w) } else { (low + w, -w) };
+            let (near, far) = if side > 0.0 { (corner, w) } else { (corner + w, -w) };
             self = self.quad(near, v, u).quad(near + far, u, v);
         }
         self
+    }
+
+    /// A box from `low` to `high` without `holes`, boxes themselves: a house is one without its
+    /// rooms, windows and doors. It comes in pieces that abut, so that no crack leads through it.
+    pub fn carved(mut self, mut low: DVec3, mut high: DVec3, holes: &[[DVec3; 2]]) -> Self {
+        let Some((&[hole_low, hole_high], others)) = holes.split_first() else {
+            return self.cuboid(low, high, 1.0);
+        };
+        if hole_low.cmpge(high).any() || hole_high.cmple(low).any() {
+            return self.carved(low, high, others);
+        }
+        // What lies before and behind the hole along each axis is cut off in turn.
+        for axis in 0..3 {
+            if hole_low[axis] > low[axis] {
+                let mut end = high;
+                end[axis] = hole_low[axis];
+                self = self.carved(low, end, others);
+                low[axis] = hole_low[axis];
+            }
+            if hole_high[axis] < high[axis] {
+                let mut start = low;
+                start[axis] = hole_high[axis];
+                self = self.carved(start, high, others);
+                high[axis] = hole_high[axis];
+            }
+        }
+        self
+    }
+
+    /// Four legs under a top: a box without two crossing tunnels. With a longer back, a chair.
+    pub fn table(self, low: DVec3, high: DVec3, thickness: f64) -> Self {
+        let tunnel = |axis: DVec3| {
+            let (side, along) = ((DVec3::X + DVec3::Z - axis) * thickness, axis * thickness);
+            [low + side - along, high - side + along - DVec3::Y * thickness]
+        };
+        self.carved(low, high, &[DVec3::X, DVec3::Z].map(tunnel))
     }
 
     /// A closed volume between (x, z) = `low` and `high`: smooth on top, flat elsewhere.
@@ -185,6 +226,25 @@ impl Shape {
             }
         }
         shape
+    }
+}
+
+/// What [`Shape::water`] takes: plane waves of direction, wavelength, amplitude and phase about a
+/// `level`.
+pub fn waves<const N: usize>(
+    level: f64,
+    waves: [(DVec2, f64, f64, f64); N],
+) -> impl Fn(DVec2) -> [f64; 3] {
+    move |p| {
+        let mut top = [level, 0.0, 0.0];
+        for (direction, length, amplitude, phase) in waves {
+            let k = direction.normalize() * (TAU / length);
+            let (sin, cos) = (k.dot(p) + phase).sin_cos();
+            top[0] += amplitude * sin;
+            top[1] += amplitude * cos * k.x;
+            top[2] += amplitude * cos * k.y;
+        }
+        top
     }
 }
 
