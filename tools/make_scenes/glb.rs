@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec3, Vec3};
 use serde_json::{Value, json};
 
-use crate::shape::Shape;
+use super::shape::Shape;
 
 /// A glTF file in the making. Materials, meshes and so on are named by their index.
 #[derive(Default)]
@@ -71,7 +71,9 @@ impl Glb {
             "attributes": { "POSITION": geometry.positions, "NORMAL": geometry.normals },
             "indices": geometry.indices, "material": material,
         }] });
-        let mesh = push(&mut self.meshes, mesh);
+        // A shape that stands in many places is stored once: the file stays small.
+        let known = self.meshes.iter().position(|known| *known == mesh);
+        let mesh = known.unwrap_or_else(|| push(&mut self.meshes, mesh));
         self.nodes.push(json!({
             "name": name, "mesh": mesh, "scale": [scale, scale, scale],
             "translation": position.to_array(),
@@ -101,9 +103,13 @@ impl Glb {
             "type": "spot", "intensity": intensity,
             "spot": { "innerConeAngle": cone[0], "outerConeAngle": cone[1] },
         });
+        self.light(light, looking(position, target));
+    }
+
+    fn light(&mut self, light: Value, matrix: [f64; 16]) {
         let light = push(&mut self.lights, light);
         self.nodes.push(json!({
-            "name": "light", "matrix": looking(position, target),
+            "name": "light", "matrix": matrix,
             "extensions": { "KHR_lights_punctual": { "light": light } },
         }));
     }

@@ -1,18 +1,10 @@
 //! The scenes. Metres, y up, radiance in nit, intensity in candela.
 
-use std::f64::consts::TAU;
+use glam::{DVec3, dvec2, dvec3};
 
-use glam::{DVec2, DVec3, dvec2, dvec3};
-
-use crate::glb::Glb;
-use crate::material::{dielectric, diffuse, light, metal};
-use crate::shape::{Shape, rounded};
-
-const WHITE: [f64; 3] = [0.73, 0.73, 0.73];
-const RED: [f64; 3] = [0.61, 0.06, 0.05];
-const GREEN: [f64; 3] = [0.12, 0.45, 0.09];
-const BLACK: [f64; 3] = [0.0, 0.0, 0.0];
-const WIDE: f64 = 16.0 / 9.0;
+use super::glb::Glb;
+use super::material::{BLACK, GREEN, RED, WHITE, WIDE, dielectric, diffuse, light, metal};
+use super::shape::{Shape, rounded, waves};
 
 /// A 2 m box with a mirror sphere and a glass sphere under an area light.
 pub fn cornell() -> Vec<u8> {
@@ -87,8 +79,8 @@ pub fn water_basin() -> Vec<u8> {
 
     let plane = Shape::default().quad(dvec3(-3.0, 0.0, -3.0), DVec3::Z * 6.0, DVec3::X * 6.0);
     glb.put("ground", &plane, ground);
-    // Walls 6 cm thick around 1 m × 0.7 m × 0.4 m; the floor lies 2 cm above the ground. They abut: where
-    // faces coincide, it is chance which one a ray meets.
+    // Walls 6 cm thick around 1 m × 0.7 m × 0.4 m; the floor lies 2 cm above the ground. They abut:
+    // where faces coincide, it is chance which one a ray meets.
     let wall = |low, high| Shape::default().cuboid(low, high, 1.0);
     let top = 0.42;
     for (name, low, high) in [
@@ -110,24 +102,15 @@ pub fn water_basin() -> Vec<u8> {
 
 /// Its sides and bottom end inside the basin's walls: no gap of air, no coincident faces.
 pub fn water() -> Shape {
-    // Plane waves: direction, wavelength, amplitude, phase.
-    let waves = [
-        (dvec2(0.8, 0.6), 0.21, 0.0042, 0.3),
-        (dvec2(-0.5, 0.87), 0.17, 0.0032, 1.9),
-        (dvec2(0.95, -0.3), 0.13, 0.0019, 4.1),
-        (dvec2(0.1, 1.0), 0.27, 0.0045, 2.6),
-    ];
-    let height = move |p: DVec2| {
-        let mut top = [0.33, 0.0, 0.0];
-        for (direction, length, amplitude, phase) in waves {
-            let k = direction.normalize() * (TAU / length);
-            let (sin, cos) = (k.dot(p) + phase).sin_cos();
-            top[0] += amplitude * sin;
-            top[1] += amplitude * cos * k.x;
-            top[2] += amplitude * cos * k.y;
-        }
-        top
-    };
+    let height = waves(
+        0.33,
+        [
+            (dvec2(0.8, 0.6), 0.21, 0.0042, 0.3),
+            (dvec2(-0.5, 0.87), 0.17, 0.0032, 1.9),
+            (dvec2(0.95, -0.3), 0.13, 0.0019, 4.1),
+            (dvec2(0.1, 1.0), 0.27, 0.0045, 2.6),
+        ],
+    );
     Shape::water(
         dvec2(-0.53, -0.38),
         dvec2(0.53, 0.38),
@@ -137,8 +120,8 @@ pub fn water() -> Shape {
     )
 }
 
-/// A tumbler and a ball before a mirror. A card hides their caustics from the camera: only the mirror
-/// shows them.
+/// A tumbler and a ball before a mirror. A card hides their caustics from the camera: only the
+/// mirror shows them.
 pub fn glass_mirror() -> Vec<u8> {
     let mut glb = Glb::default();
     let plaster = glb.material(diffuse("plaster", WHITE));

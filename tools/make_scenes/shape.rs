@@ -30,11 +30,20 @@ impl Shape {
     }
 
     /// A box from `low` to `high`; `side` is 1 for fronts outside, −1 for fronts inside.
-    pub fn cuboid(mut self, low: DVec3, high: DVec3, side: f64) -> Self {
+    pub fn cuboid(self, low: DVec3, high: DVec3, side: f64) -> Self {
         let size = high - low;
-        let (x, y, z) = (DVec3::X * size, DVec3::Y * size, DVec3::Z * size);
+        self.block(low, DVec3::AXES.map(|axis| axis * size), side)
+    }
+
+    /// The like with any right-handed `edges` from `corner`: leaning slats, doors ajar.
+    pub fn block(mut self, corner: DVec3, edges: [DVec3; 3], side: f64) -> Self {
+        let [x, y, z] = edges;
         for (u, v, w) in [(x, y, z), (y, z, x), (z, x, y)] {
-            let (near, far) = if side > 0.0 { (low, w) } else { (low + w, -w) };
+            let (near, far) = if side > 0.0 {
+                (corner, w)
+            } else {
+                (corner + w, -w)
+            };
             self = self.quad(near, v, u).quad(near + far, u, v);
         }
         self
@@ -185,6 +194,25 @@ impl Shape {
             }
         }
         shape
+    }
+}
+
+/// What [`Shape::water`] takes: plane waves of direction, wavelength, amplitude and phase about a
+/// `level`.
+pub fn waves<const N: usize>(
+    level: f64,
+    waves: [(DVec2, f64, f64, f64); N],
+) -> impl Fn(DVec2) -> [f64; 3] {
+    move |p| {
+        let mut top = [level, 0.0, 0.0];
+        for (direction, length, amplitude, phase) in waves {
+            let k = direction.normalize() * (TAU / length);
+            let (sin, cos) = (k.dot(p) + phase).sin_cos();
+            top[0] += amplitude * sin;
+            top[1] += amplitude * cos * k.x;
+            top[2] += amplitude * cos * k.y;
+        }
+        top
     }
 }
 
