@@ -106,6 +106,12 @@ impl Glb {
         self.light(light, looking(position, target));
     }
 
+    /// A sun: `illuminance` [lx] on what faces it; its light goes along `direction`.
+    pub fn sun(&mut self, direction: DVec3, illuminance: f64) {
+        let light = json!({ "type": "directional", "intensity": illuminance });
+        self.light(light, looking(DVec3::ZERO, direction));
+    }
+
     fn light(&mut self, light: Value, matrix: [f64; 16]) {
         let light = push(&mut self.lights, light);
         self.nodes.push(json!({
@@ -202,7 +208,7 @@ fn chunk(kind: &[u8; 4], mut bytes: Vec<u8>, padding: u8) -> Vec<u8> {
     [&length.to_le_bytes()[..], kind, &bytes].concat()
 }
 
-/// Cameras and spots look down −Z of their node; +Y is up.
+/// Cameras, spots and suns look down −Z of their node; +Y is up.
 fn looking(eye: DVec3, target: DVec3) -> [f64; 16] {
     let z = (eye - target).normalize();
     let x = DVec3::Y.cross(z).normalize();

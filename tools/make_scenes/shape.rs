@@ -49,6 +49,45 @@ impl Shape {
         self
     }
 
+    /// A box from `low` to `high` without `holes`, boxes themselves: a house is one without its
+    /// rooms, windows and doors. It comes in pieces that abut, so that no crack leads through it.
+    pub fn carved(mut self, mut low: DVec3, mut high: DVec3, holes: &[[DVec3; 2]]) -> Self {
+        let Some((&[hole_low, hole_high], others)) = holes.split_first() else {
+            return self.cuboid(low, high, 1.0);
+        };
+        if hole_low.cmpge(high).any() || hole_high.cmple(low).any() {
+            return self.carved(low, high, others);
+        }
+        // What lies before and behind the hole along each axis is cut off in turn.
+        for axis in 0..3 {
+            if hole_low[axis] > low[axis] {
+                let mut end = high;
+                end[axis] = hole_low[axis];
+                self = self.carved(low, end, others);
+                low[axis] = hole_low[axis];
+            }
+            if hole_high[axis] < high[axis] {
+                let mut start = low;
+                start[axis] = hole_high[axis];
+                self = self.carved(start, high, others);
+                high[axis] = hole_high[axis];
+            }
+        }
+        self
+    }
+
+    /// Four legs under a top: a box without two crossing tunnels.
+    pub fn table(self, low: DVec3, high: DVec3, thickness: f64) -> Self {
+        let tunnel = |axis: DVec3| {
+            let (side, along) = ((DVec3::X + DVec3::Z - axis) * thickness, axis * thickness);
+            [
+                low + side - along,
+                high - side + along - DVec3::Y * thickness,
+            ]
+        };
+        self.carved(low, high, &[DVec3::X, DVec3::Z].map(tunnel))
+    }
+
     /// A closed volume between (x, z) = `low` and `high`: smooth on top, flat elsewhere.
     /// `height` gives the top (y) and its derivatives by x and z.
     pub fn water(
