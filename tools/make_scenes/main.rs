@@ -5,6 +5,7 @@
 //! other numbers.
 
 mod glb;
+mod lamps;
 mod material;
 mod scenes;
 mod shape;
@@ -13,7 +14,7 @@ mod sunlit;
 use std::path::PathBuf;
 
 /// File names in `scenes/` and what is in them.
-fn scenes() -> [(&'static str, Vec<u8>); 11] {
+fn scenes() -> [(&'static str, Vec<u8>); 15] {
     [
         ("cornell.glb", scenes::cornell()),
         ("ring-caustic.glb", scenes::ring_caustic()),
@@ -26,6 +27,10 @@ fn scenes() -> [(&'static str, Vec<u8>); 11] {
         ("blinds.glb", sunlit::blinds()),
         ("town.glb", sunlit::town()),
         ("pool.glb", sunlit::pool()),
+        ("door-ajar.glb", lamps::door_ajar()),
+        ("lamp-shade.glb", lamps::lamp_shade()),
+        ("fifty-lamps.glb", lamps::fifty_lamps(true)),
+        ("one-lamp.glb", lamps::fifty_lamps(false)),
     ]
 }
 
