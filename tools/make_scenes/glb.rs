@@ -109,10 +109,7 @@ impl Glb {
     /// `intensity` [cd], the same in every direction.
     pub fn point(&mut self, position: DVec3, intensity: f64) {
         let light = json!({ "type": "point", "intensity": intensity });
-        self.light(
-            light,
-            DMat4::from_translation(position).to_cols_array(),
-        );
+        self.light(light, DMat4::from_translation(position).to_cols_array());
     }
 
     /// A sun: `illuminance` [lx] on what faces it; its light goes along `direction`.

@@ -5,7 +5,10 @@ use serde_json::{Value, json};
 pub const WHITE: [f64; 3] = [0.73, 0.73, 0.73];
 pub const RED: [f64; 3] = [0.61, 0.06, 0.05];
 pub const GREEN: [f64; 3] = [0.12, 0.45, 0.09];
+pub const WOOD: [f64; 3] = [0.5, 0.36, 0.22];
 pub const BLACK: [f64; 3] = [0.0, 0.0, 0.0];
+/// The pictures' aspect ratio where it is not 1.
+pub const WIDE: f64 = 16.0 / 9.0;
 
 /// Lambertian: the glTF default also has a specular coat.
 pub fn diffuse(name: &str, albedo: [f64; 3]) -> Value {

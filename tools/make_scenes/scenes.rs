@@ -1,14 +1,10 @@
 //! The scenes. Metres, y up, radiance in nit, intensity in candela.
 
-use std::f64::consts::TAU;
-
-use glam::{DVec2, DVec3, dvec2, dvec3};
+use glam::{DVec3, dvec2, dvec3};
 
 use super::glb::Glb;
-use super::material::{BLACK, GREEN, RED, WHITE, dielectric, diffuse, light, metal};
-use super::shape::{Shape, rounded};
-
-const WIDE: f64 = 16.0 / 9.0;
+use super::material::{BLACK, GREEN, RED, WHITE, WIDE, dielectric, diffuse, light, metal};
+use super::shape::{Shape, rounded, waves};
 
 /// A 2 m box with a mirror sphere and a glass sphere under an area light.
 pub fn cornell() -> Vec<u8> {
@@ -124,8 +120,8 @@ pub fn water() -> Shape {
     )
 }
 
-/// A tumbler and a ball before a mirror. A card hides their caustics from the camera: only the mirror
-/// shows them.
+/// A tumbler and a ball before a mirror. A card hides their caustics from the camera: only the
+/// mirror shows them.
 pub fn glass_mirror() -> Vec<u8> {
     let mut glb = Glb::default();
     let plaster = glb.material(diffuse("plaster", WHITE));

@@ -39,7 +39,11 @@ impl Shape {
     pub fn block(mut self, corner: DVec3, edges: [DVec3; 3], side: f64) -> Self {
         let [x, y, z] = edges;
         for (u, v, w) in [(x, y, z), (y, z, x), (z, x, y)] {
-            let (near, far) = if side > 0.0 { (corner, w) } else { (corner + w, -w) };
+            let (near, far) = if side > 0.0 {
+                (corner, w)
+            } else {
+                (corner + w, -w)
+            };
             self = self.quad(near, v, u).quad(near + far, u, v);
         }
         self
@@ -72,11 +76,14 @@ impl Shape {
         self
     }
 
-    /// Four legs under a top: a box without two crossing tunnels. With a longer back, a chair.
+    /// Four legs under a top: a box without two crossing tunnels.
     pub fn table(self, low: DVec3, high: DVec3, thickness: f64) -> Self {
         let tunnel = |axis: DVec3| {
             let (side, along) = ((DVec3::X + DVec3::Z - axis) * thickness, axis * thickness);
-            [low + side - along, high - side + along - DVec3::Y * thickness]
+            [
+                low + side - along,
+                high - side + along - DVec3::Y * thickness,
+            ]
         };
         self.carved(low, high, &[DVec3::X, DVec3::Z].map(tunnel))
     }
