@@ -5,7 +5,6 @@ mod choices;
 mod engine;
 mod idle;
 mod pilot;
-mod probes;
 mod radius;
 mod traced;
 

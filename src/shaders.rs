@@ -38,6 +38,7 @@ shaders! {
     "emit.query.textured" "common/emit.comp" ["TRACE_QUERY" "TEXTURES"],
     "emit.pipeline" "common/emit.comp" ["TRACE_PIPELINE"],
     "emit.pipeline.textured" "common/emit.comp" ["TRACE_PIPELINE" "TEXTURES"],
+    "primaries" "guide/primaries.comp" [],
     "importance.software" "guide/importance.comp" [],
     "importance.software.textured" "guide/importance.comp" ["TEXTURES"],
     "importance.query" "guide/importance.comp" ["TRACE_QUERY"],

@@ -12,8 +12,8 @@
 #include "lib/trace.glsl"
 #include "lib/environment.glsl"
 #include "lib/light.glsl"
-#include "lib/emission.glsl"
 #include "lib/guide.glsl"
+#include "lib/emission.glsl"
 #include "lib/photon.glsl"
 #include "lib/cull.glsl"
 
@@ -44,6 +44,8 @@ struct LightPath {
     vec3 flux;
     // What absorbs where the path is [1/m].
     vec3 medium;
+    // Numbers that choose the direction of the first diffuse reflection.
+    vec2 bounce;
     // For blended surfaces: the path's number among those of all iterations, and a seed.
     uvec2 chance;
     // Average over the channels at the light.
@@ -55,20 +57,16 @@ struct LightPath {
     bool specular_only;
 };
 
-// The light, the place on it and the direction come from sequences that go on over the iterations,
-// so that the photons of all of them together cover the lights evenly; the rest of the path is random.
+// All but the beginning of a path is random (see guide.glsl).
 LightPath begin(World world, Frame frame, uint index) {
-    uint high, low, carry;
-    umulExtended(frame.iteration, frame.paths, high, low);
-    low = uaddCarry(low, index, carry);
-    uint seed = mix_seed(frame.seed ^ mix_seed(STREAM_PHOTON + high + carry));
-    Primary primary = Primary(sequence_bits(low, seed).x, sequence_bits(low, seed + 1u), sequence_bits(low, seed + 2u));
+    uvec2 number = number_of_path(frame, index);
     Guide guide = push.guide.at[0];
+    Primary primary = uniform_primary(number);
     float density = guide_sample(guide, primary);
     Emission e = emit_photon(world, guide, primary);
     e.flux /= density * float(frame.paths);
     Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
-    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), uvec2(low, seed + 2u), average(e.flux), density, 1u, 0u, true);
+    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), unit_floats(uvec4(primary.bounce, 0u, 0u)).xy, number + uvec2(0u, 3u), average(e.flux), density, 1u, 0u, true);
 }
 
 // u: uniform. Drawn for every event, so that rejection changes no path.
@@ -118,7 +116,7 @@ bool extend(World world, Frame frame, inout LightPath path) {
     // Light straight from a light is found by rays, if so asked.
     if (max_component(diffuse_color(s)) > 0.0 && !(DIRECT_RAYS && path.edges == 1u)) store_photon(frame, s, v.z, path);
 
-    BsdfSample event = sample_bsdf(s, false, u, v.xy);
+    BsdfSample event = sample_bsdf(s, false, u, path.specular_only ? path.bounce : v.xy);
     path.specular_only = path.specular_only && event.lobe != LOBE_DIFFUSE;
     // Shading normals make flux non-symmetric (Veach 1997, section 5.3).
     float adjoint = shading_ratio(s) * abs(dot(event.wi, s.normal_g)) / max(abs(dot(event.wi, s.normal_s)), 1e-6);

@@ -16,6 +16,7 @@
 #include "lib/trace.glsl"
 #include "lib/environment.glsl"
 #include "lib/light.glsl"
+#include "lib/guide.glsl"
 #include "lib/emission.glsl"
 #include "lib/light_tree.glsl"
 #include "lib/direct.glsl"
@@ -26,11 +27,9 @@ PUSH(ImportancePush);
 
 const uint STREAM_IMPORTANCE = 0xc0000000u;
 
-// What photons would bring of light in this layer, to the caustic and the global map.
-vec2 to_maps(uint layer, vec3 radiance) {
-    float l = average(radiance);
-    bool global = layer == LAYER_GLOBAL || (layer == LAYER_DIRECT && !DIRECT_RAYS);
-    return vec2(layer == LAYER_CAUSTIC ? l : 0.0, global ? l : 0.0);
+// What photons would bring of light in this layer.
+float by_photons(uint layer, vec3 radiance) {
+    return layer == LAYER_CAUSTIC || layer == LAYER_GLOBAL || (layer == LAYER_DIRECT && !DIRECT_RAYS) ? average(radiance) : 0.0;
 }
 
 void add_seen(inout float seen, vec3 radiance) {
@@ -39,18 +38,27 @@ void add_seen(inout float seen, vec3 radiance) {
     if (l > 0.0) seen = min(seen + l, 1e30);
 }
 
-// Of a light, through a point, in the direction that its light goes.
-void record(World world, Guide guide, uint path, inout uint count, uint light, vec2 bary, vec3 through_w, vec3 direction_w, vec2 weight) {
+// Of a light, through a point, in the direction that its light goes. `bounce`: numbers that choose where it goes then; NONE
+// where they do not.
+void record(World world, Guide guide, uint path, inout uint count, uint light, vec2 bary, vec3 through_w, vec3 direction_w, uvec2 bounce, float weight) {
     // Nor NaN.
-    if (count == IMPORTANCE_RECORDS || light == NONE || !(weight.x + weight.y > 0.0)) return;
+    if (count == IMPORTANCE_RECORDS || light == NONE || !(weight > 0.0)) return;
     uvec4 random = pcg4d(uvec4(path, count, 0u, STREAM_IMPORTANCE));
-    Primary primary = primary_towards(world, guide, light, bary, through_w, direction_w, random);
+    if (bounce.x == NONE) bounce = pcg4d(random).xy;
+    Primary primary = primary_towards(world, guide, light, bary, through_w, direction_w, bounce, random);
     Importance found;
-    found.light = primary.light;
-    found.place = primary.place;
-    found.way = primary.way;
-    found.weight = min(weight, vec2(1e30));
+    found.primary.light = primary.light;
+    found.primary.place = primary.place;
+    found.primary.way = primary.way;
+    found.primary.bounce = primary.bounce;
+    found.weight = min(weight, 1e30);
     store_Importance(push.records, path * IMPORTANCE_RECORDS + count++, found);
+}
+
+// The numbers for which the diffuse lobe reflects light to where the path came from.
+uvec2 bounce_back(Surface s) {
+    vec3 d = s.wo * frame_of(s.normal_s);
+    return to_unit(vec2(min(dot(d.xy, d.xy), 1.0), fract(atan(d.y, d.x) / (2.0 * PI))));
 }
 
 void main() {
@@ -67,6 +75,7 @@ void main() {
 
     uint count = 0u;
     float seen = 0.0;
+    uvec2 bounce = uvec2(NONE);
     Surface s;
     Hit hit;
     for (;;) {
@@ -74,11 +83,11 @@ void main() {
         vec3 direction_w = path.direction_w, event_w = path.event_w;
         bool met = arrive(world, path, found, s, hit);
         add_seen(seen, found.emission + found.direct + found.caustic + found.global);
-        vec2 weight = to_maps(LAYER_DIRECT, found.direct) + to_maps(LAYER_CAUSTIC, found.caustic) + to_maps(LAYER_GLOBAL, found.global);
         // At most one light shines at the end of an edge.
-        if (weight.x + weight.y > 0.0) {
+        float weight = by_photons(LAYER_DIRECT, found.direct) + by_photons(LAYER_CAUSTIC, found.caustic) + by_photons(LAYER_GLOBAL, found.global);
+        if (weight > 0.0) {
             uint light = met ? light_at(world, hit.triangle, hit.bary) : world.light_count - 1u;
-            record(world, guide, index, count, light, hit.bary, event_w, -direction_w, weight);
+            record(world, guide, index, count, light, hit.bary, event_w, -direction_w, bounce, weight);
         }
         if (!met || path.edges >= frame.max_depth) break;
         if (path.layer != LAYER_EMISSION && dot(s.normal_s, s.wo) <= 0.0) break;
@@ -89,11 +98,14 @@ void main() {
             add_seen(seen, path.throughput * (l.light.diffuse + l.light.specular));
             Lobes lobes = lobes_at(s, clamp(dot(s.normal_s, s.wo), 0.0, 1.0));
             vec3 scattered = l.even * (dot(s.normal_g, l.wi) < 0.0 ? lobes.transmittance : lobes.reflectance);
-            weight = to_maps(layer_after(path.layer, true), path.throughput * l.light.diffuse);
-            weight += to_maps(layer_after(path.layer, false), path.throughput * scattered);
-            record(world, guide, index, count, l.index, l.bary, s.position_w, -l.wi, weight);
+            weight = by_photons(layer_after(path.layer, true), path.throughput * l.light.diffuse);
+            record(world, guide, index, count, l.index, l.bary, s.position_w, -l.wi, bounce_back(s), weight);
+            weight = by_photons(layer_after(path.layer, false), path.throughput * scattered);
+            record(world, guide, index, count, l.index, l.bary, s.position_w, -l.wi, uvec2(NONE), weight);
         }
-        if (!depart(s, next_event(s, true, path), path)) break;
+        BsdfSample event = next_event(s, true, path);
+        bounce = event.lobe == LOBE_DIFFUSE ? bounce_back(s) : uvec2(NONE);
+        if (!depart(s, event, path)) break;
     }
     ImportancePath result;
     result.seen = seen;

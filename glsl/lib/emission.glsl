@@ -1,22 +1,17 @@
-// Where light paths begin: five numbers of 32 bits, the primary sample, become a light, a place on it and a
+// Where light paths begin: seven numbers of 32 bits, the primary sample, become a light, a place on it and a
 // direction; and back. In units of their range these numbers are uniform, or as the guide wants them (guide.glsl).
 //
 //     light   which: an interval of the sum of all probabilities
 //     place   a point of an emissive triangle, uniform in area; for the environment, a direction
 //     way     a direction; for directional lights and the environment, a point of the disc through which they
 //             shine on the scene
+//     bounce  the direction of the first diffuse reflection, as sample_bsdf draws it
 //
 // Squares become discs by Shirley & Chiu 1997, so that what is near stays near. The middle of the square is the
 // guide's center, or the direction to it, and numbers are counted from there: what lies 10⁻⁶ of the scene's
 // extent beside the center is still told apart.
-// Needs math.glsl, surface.glsl, light.glsl and environment.glsl.
+// Needs math.glsl, guide.glsl, surface.glsl, light.glsl and environment.glsl.
 // In: a primary sample. Out: a ray in world space, flux [lm] per channel over the density of a uniform sample.
-
-struct Primary {
-    uint light;
-    uvec2 place;
-    uvec2 way;
-};
 
 struct Emission {
     vec3 origin_w;
@@ -152,9 +147,9 @@ Emission emit_photon(World world, Guide guide, Primary primary) {
 
 // The primary sample for which a light sends a photon through a point in a direction: from `bary`, where it is a
 // triangle. What does not matter is taken from `random`.
-Primary primary_towards(World world, Guide guide, uint index, vec2 bary, vec3 through_w, vec3 direction_w, uvec4 random) {
+Primary primary_towards(World world, Guide guide, uint index, vec2 bary, vec3 through_w, vec3 direction_w, uvec2 bounce, uvec4 random) {
     Light light = load_Light(world.lights, index);
-    Primary primary = Primary(0u, random.xy, random.zw);
+    Primary primary = Primary(0u, random.xy, random.zw, bounce);
     // Anywhere in its interval, as each number of it is as good.
     uint rest;
     umulExtended(random.x ^ random.w, uint(light.probability * 4294967040.0), primary.light, rest);

@@ -1,9 +1,32 @@
 // The guide: a density over the primary samples of light paths (emission.glsl), even in each cell of a k-d tree over
-// their five numbers. A uniform sample goes down the tree and is stretched at every split, so that an even spread
+// their seven numbers. A uniform sample goes down the tree and is stretched at every split, so that an even spread
 // of many samples stays as even as can be (hierarchical warping, Clarberg et al. 2005), and one cell alone
 // changes nothing.
 // In: a uniform primary sample. Out: the same, as dense as the guide wants it; that density over the uniform one.
-// Needs emission.glsl.
+// Needs rng.glsl and sequence.glsl.
+
+// See emission.glsl.
+struct Primary {
+    uint light;
+    uvec2 place;
+    uvec2 way;
+    uvec2 bounce;
+};
+
+// A path's number among those of all iterations, and a seed.
+uvec2 number_of_path(Frame frame, uint index) {
+    uint high, low, carry;
+    umulExtended(frame.iteration, frame.paths, high, low);
+    low = uaddCarry(low, index, carry);
+    return uvec2(low, mix_seed(frame.seed ^ mix_seed(STREAM_PHOTON + high + carry)));
+}
+
+// The light, the place on it, the direction, and that of the first diffuse reflection come from sequences that go on over the iterations,
+// so that the photons of all of them together cover the lights evenly.
+Primary uniform_primary(uvec2 number) {
+    uint low = number.x, seed = number.y;
+    return Primary(sequence_bits(low, seed).x, sequence_bits(low, seed + 1u), sequence_bits(low, seed + 2u), sequence_bits(low, seed + 3u));
+}
 
 // number × scale / 2²⁴, below 2³².
 uint stretch(uint number, uint scale) {
@@ -21,7 +44,7 @@ uint into(uint number, uint first, uint size) {
 
 float guide_sample(Guide guide, inout Primary primary) {
     GuideNode node = load_GuideNode(guide.nodes, 0u);
-    uint t[5] = uint[5](primary.light, primary.place.x, primary.place.y, primary.way.x, primary.way.y);
+    uint t[7] = uint[7](primary.light, primary.place.x, primary.place.y, primary.way.x, primary.way.y, primary.bounce.x, primary.bounce.y);
     if (node.axis != NONE) do {
         uint x = t[node.axis];
         bool above = x >= node.threshold;
@@ -32,5 +55,6 @@ float guide_sample(Guide guide, inout Primary primary) {
     primary.light = into(t[0], cell.first_light, cell.size_light);
     primary.place = uvec2(into(t[1], cell.first_place.x, cell.size_place.x), into(t[2], cell.first_place.y, cell.size_place.y));
     primary.way = uvec2(into(t[3], cell.first_way.x, cell.size_way.x), into(t[4], cell.first_way.y, cell.size_way.y));
+    primary.bounce = uvec2(into(t[5], cell.first_bounce.x, cell.size_bounce.x), into(t[6], cell.first_bounce.y, cell.size_bounce.y));
     return cell.density;
 }

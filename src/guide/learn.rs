@@ -1,18 +1,26 @@
-//! Learns where light paths should begin from paths of the eye (see `glsl/guide/importance.comp`).
+//! Learns where light paths should begin: first from paths of the eye that look for light
+//! (`glsl/guide/importance.comp`), then from light paths that begin there, by what their photons bring to view samples.
 
-use super::Guide;
+use super::probes::{Brought, Probes, gain};
 use super::tree::{Sample, Tree};
+use super::Guide;
 use crate::Result;
 use crate::render::Engine;
+use crate::shaders::spirv;
 use crate::shared::*;
 use glam::Vec3;
+use std::collections::BTreeMap;
 
 /// Paths from the eye.
 const PATHS: u32 = 1 << 16;
-/// What one of them found counts for so many times the mean at most: a rare bright one says little about where others are.
-const MOST_OF_MEAN: f32 = 100.0;
+/// Rounds of light paths.
+const ROUNDS: u64 = 3;
+/// What one path found counts for so many times the mean at most: a rare bright one says little about where others are.
+const MOST_OF_MEAN: f32 = 50.0;
 /// Light is seen relative to what the block of the image has in all, and to this share of the image's mean.
 const LEAST_OF_MEAN: f32 = 0.1;
+/// What paths from the eye found counts for so much of the whole, once there are light paths.
+const EYE_SHARE: f32 = 0.25;
 
 /// Where what matters lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,8 +47,103 @@ impl Focus {
     }
 }
 
-/// A tree for the engine's scene, camera and lights.
-pub fn learn(engine: &Engine, focus: &Focus) -> Result<Tree> {
+/// Camera and light paths of an iteration, and what they leave.
+pub fn round(engine: &mut Engine, iteration: u64) -> Result<(Probes, Vec<Photon>)> {
+    engine.begin(iteration);
+    let counts = engine.trace_paths()?;
+    let stored = (counts[0] + counts[1]) as usize;
+    let photons = engine.gpu.read(&engine.traced().photons, 0..stored)?;
+    Ok((Probes::of(engine)?, photons))
+}
+
+/// Sets the engine's guide, if that gains anything. `pixels`: within how many photons of the caustic and the global map
+/// matter to a view sample. Returns the last round of light paths.
+pub fn learn(engine: &mut Engine, pixels: [f32; 2]) -> Result<(Probes, Vec<Photon>)> {
+    let (mut probes, mut photons) = round(engine, 0)?;
+    let Some(focus) = Focus::of(&probes.samples) else {
+        return Ok((probes, photons));
+    };
+    let start = std::time::Instant::now();
+    let of_eye = from_eye(engine, &focus)?;
+    eprintln!("eye {:?}", start.elapsed());
+    let mut of_light = Vec::new();
+    let mut samples = of_eye.clone();
+    let mut tree = Tree::learn(&mut samples);
+    eprintln!("tree {:?}", start.elapsed());
+    for i in 0..ROUNDS {
+        engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
+        (probes, photons) = round(engine, i)?;
+        let radii = pixels.map(|p| p * probes.footprint.unwrap_or(0.0));
+        let brought = probes.relative(&photons, radii);
+        eprintln!("round {i}: {} cells, {} brought, gain {} {:?}", tree.cells.len(), brought.len(), gain(&brought), start.elapsed());
+        of_light.extend(from_light(engine, &brought)?);
+        for samples in [&of_light, &of_eye] {
+            let n = samples.len();
+            let w: f64 = samples.iter().map(|s| f64::from(s.weight)).sum();
+            let w2: f64 = samples.iter().map(|s| f64::from(s.weight).powi(2)).sum();
+            let mut v: Vec<f32> = samples.iter().map(|s| s.weight).collect();
+            v.sort_by(f32::total_cmp);
+            let q = |x: f64| v.get((n as f64 * x) as usize).copied().unwrap_or(0.0) as f64 * n as f64 / w;
+            eprintln!("DBG n {n} mean {:.3e} n_eff {:.1} median/mean {:.3} 90% {:.3} 99% {:.3} 99.9% {:.3} max {:.1}", w / n as f64, w * w / w2, q(0.5), q(0.9), q(0.99), q(0.999), q(0.9999999));
+        }
+        let mut samples = normalized(&of_light, 1.0 - EYE_SHARE);
+        samples.extend(normalized(&of_eye, EYE_SHARE));
+        tree = Tree::learn(&mut samples);
+    }
+    engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
+    eprintln!("learned: {} cells, {:?}", tree.cells.len(), start.elapsed());
+    Ok((probes, photons))
+}
+
+/// Weights that add up to `total`.
+fn normalized(samples: &[Sample], total: f32) -> Vec<Sample> {
+    let sum: f64 = samples.iter().map(|s| f64::from(s.weight)).sum();
+    let scaled = samples.iter().map(|s| Sample {
+        weight: s.weight * total / sum as f32,
+        ..*s
+    });
+    scaled.collect()
+}
+
+fn bounded(mut samples: Vec<Sample>) -> Vec<Sample> {
+    let sum: f64 = samples.iter().map(|s| f64::from(s.weight)).sum();
+    let most = MOST_OF_MEAN * (sum / samples.len().max(1) as f64) as f32;
+    samples.iter_mut().for_each(|s| s.weight = s.weight.min(most));
+    samples
+}
+
+/// What the photons of each path brought.
+fn from_light(engine: &Engine, brought: &[Brought]) -> Result<Vec<Sample>> {
+    let mut of_paths: BTreeMap<u32, f32> = BTreeMap::new();
+    for b in brought {
+        *of_paths.entry(b.path).or_default() += b.relative;
+    }
+    let gpu = &engine.gpu;
+    let paths: Vec<u32> = of_paths.keys().copied().collect();
+    let numbers = gpu.upload("guided paths", &paths)?;
+    let primaries = gpu.buffer::<PrimarySample>("primaries", paths.len())?;
+    let pass = gpu.pass("primaries", spirv("primaries")?, &[], None)?;
+    let mut commands = gpu.commands()?;
+    let push = PrimariesPush {
+        frame: engine.traced().frame.ptr(),
+        guide: engine.guide.ptr(),
+        paths: numbers.ptr(),
+        primaries: primaries.ptr(),
+        count: paths.len() as u32,
+        unused: 0,
+    };
+    commands.dispatch(&pass, &push, paths.len());
+    commands.submit()?;
+    let primaries = gpu.read(&primaries, 0..primaries.len())?;
+    let samples = primaries.iter().zip(of_paths.values());
+    Ok(bounded(samples
+            .map(|(primary, &weight)| sample(primary, weight))
+            .collect(),
+))
+}
+
+/// What paths from the eye find.
+fn from_eye(engine: &Engine, focus: &Focus) -> Result<Vec<Sample>> {
     let gpu = &engine.gpu;
     // Of the guide only the center matters here.
     let guide = Guide::new(gpu, &engine.world, focus, &Tree::even())?;
@@ -63,34 +166,31 @@ pub fn learn(engine: &Engine, focus: &Focus) -> Result<Tree> {
     commands.submit()?;
     let records = gpu.read(&records, 0..records.len())?;
     let paths = gpu.read(&paths, 0..paths.len())?;
-    Ok(Tree::learn(&mut samples(&records, &paths)))
+    Ok(seen_by(&records, &paths))
 }
 
-/// Both maps count alike: caustic photons are few, and matter most where they are.
-fn samples(records: &[Importance], paths: &[ImportancePath]) -> Vec<Sample> {
+fn seen_by(records: &[Importance], paths: &[ImportancePath]) -> Vec<Sample> {
     let light = block_light(paths);
-    let mut samples: [Vec<Sample>; 2] = [Vec::new(), Vec::new()];
-    for (of_path, path) in records.chunks_exact(IMPORTANCE_RECORDS as usize).zip(paths) {
-        for record in of_path {
-            for (samples, weight) in samples.iter_mut().zip(record.weight) {
-                if weight > 0.0 {
-                    let [[p, q], [v, w]] = [record.place, record.way];
-                    samples.push(Sample {
-                        at: [record.light, p, q, v, w],
-                        weight: weight / light[path.block as usize],
-                    });
-                }
-            }
-        }
+    let of_paths = records.chunks_exact(IMPORTANCE_RECORDS as usize).zip(paths);
+    let samples = of_paths.flat_map(|(records, path)| {
+        let light = light[path.block as usize];
+        let there = records.iter().filter(|record| record.weight > 0.0);
+        there.map(move |record| sample(&record.primary, record.weight / light))
+    });
+    bounded(samples.collect())
+}
+
+fn sample(primary: &PrimarySample, weight: f32) -> Sample {
+    let PrimarySample {
+        light,
+        place: [p, q],
+        way: [v, w],
+        bounce: [b, c],
+    } = *primary;
+    Sample {
+        at: [light, p, q, v, w, b, c],
+        weight,
     }
-    for samples in &mut samples {
-        let sum = |samples: &[Sample]| samples.iter().map(|s| f64::from(s.weight)).sum::<f64>();
-        let most = MOST_OF_MEAN * (sum(samples) / samples.len().max(1) as f64) as f32;
-        samples.iter_mut().for_each(|s| s.weight = s.weight.min(most));
-        let total = sum(samples) as f32;
-        samples.iter_mut().for_each(|s| s.weight /= total);
-    }
-    samples.concat()
 }
 
 /// What to compare the light of each block of the image with.

@@ -1,9 +1,11 @@
 //! Where light paths begin: the guide, and how it is learned.
 
 mod learn;
+mod probes;
 mod tree;
 
-pub use learn::{Focus, learn};
+pub use learn::{Focus, learn, round};
+pub use probes::Probes;
 pub use tree::Tree;
 
 use crate::Result;

@@ -6,14 +6,14 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
-/// Numbers of a primary sample: light, place (2), way (2).
-pub const AXES: usize = 5;
+/// Numbers of a primary sample: light, place (2), way (2), bounce (2).
+pub const AXES: usize = 7;
 /// How many numbers an axis has.
 const WHOLE: u64 = 1 << 32;
 /// A split sends this many of 256 below it at least, and above it: so no cell has less than about that share of the
 /// density without a guide, and the surroundings of what matters get more than what is far away.
 const SHARES: u32 = 256;
-/// Cells at most: with their nodes they take 80 bytes each.
+/// Cells at most: with their nodes they take 112 bytes each.
 const MAX_CELLS: usize = 1 << 14;
 /// A cell of samples that weigh as much as fewer equal ones is not split: there is nothing more to learn.
 const LEAST_SAMPLES: f64 = 24.0;
@@ -190,6 +190,8 @@ impl Tree {
             size_place: [size[1], size[2]],
             first_way: [first[3], first[4]],
             size_way: [size[3], size[4]],
+            first_bounce: [first[5], first[6]],
+            size_bounce: [size[5], size[6]],
             density: (probability / volume) as f32,
             unused: 0,
         });

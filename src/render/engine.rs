@@ -26,7 +26,7 @@ pub struct Engine {
     pub photons: Photons,
     pub film: Film,
     /// Of the iteration under way.
-    pub(super) frame_data: Frame,
+    pub(crate) frame_data: Frame,
     /// Squares (m²) of the caustic and the global radius of the first iteration.
     pub(super) first_radius2: [f64; 2],
     pub(super) alpha: f64,
@@ -161,7 +161,7 @@ impl Engine {
     }
 
     /// Sets the frame for an iteration.
-    pub(super) fn begin(&mut self, iteration: u64) {
+    pub(crate) fn begin(&mut self, iteration: u64) {
         if !self.turns.are_ahead() {
             // Who knows what the device did since the last iteration.
             self.idle.pause();

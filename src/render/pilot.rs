@@ -2,8 +2,7 @@
 //! to start with, whether culling pays, and how many photons the buffers must hold.
 
 use super::engine::Engine;
-use super::probes::Probes;
-use crate::guide::{Focus, Guide, learn};
+use crate::guide::{Probes, learn, round};
 use crate::settings::{Length, Settings, Switch};
 use crate::shared::Photon;
 use crate::{Error, Result};
@@ -18,19 +17,11 @@ const CULL_BELOW: f32 = 0.75;
 
 /// Sets the guide, the first radii, culling, and buffer sizes of the engine.
 pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
-    let (probes, mut photons) = round(engine)?;
-    if let Some(focus) = Focus::of(&probes.samples)
-        && settings.guide != Switch::Off
-    {
-        let none = Guide::none(&engine.gpu, &engine.world)?;
-        let tree = learn(engine, &focus)?;
-        engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
-        let (probes, guided) = round(engine)?;
-        let gain = probes.gain(&guided, PIXELS.map(|p| *p.end()));
-        eprintln!("cells {} gain {gain:?}", tree.cells.len());
-        photons = guided;
-        let _ = none;
-    }
+    let guide = settings.guide != Switch::Off && engine.frame_data.paths > 0;
+    let (probes, photons) = match guide {
+        true => learn(engine, PIXELS.map(|p| *p.end()))?,
+        false => round(engine, 0)?,
+    };
     first_radii(engine, settings, &probes, &photons)?;
     engine.frame_data.cull = match settings.cull {
         Switch::On => 1,
@@ -44,15 +35,6 @@ pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
     };
     engine.forget_measurements();
     Ok(())
-}
-
-/// Camera and light paths of the first iteration, and what they leave.
-fn round(engine: &mut Engine) -> Result<(Probes, Vec<Photon>)> {
-    engine.begin(0);
-    let counts = engine.trace_paths()?;
-    let stored = (counts[0] + counts[1]) as usize;
-    let photons = engine.gpu.read(&engine.traced().photons, 0..stored)?;
-    Ok((Probes::of(engine)?, photons))
 }
 
 fn first_radii(

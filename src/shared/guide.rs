@@ -20,7 +20,7 @@ shared_structs! {
 
     /// A split of the tree over primary samples, or a cell.
     struct GuideNode {
-        /// 0: light, 1 and 2: place, 3 and 4: way; NONE for a cell.
+        /// 0: light, 1 and 2: place, 3 and 4: way, 5 and 6: bounce; NONE for a cell.
         axis: u32,
         /// The node below the split, beside the one above it; or the number of the cell.
         child: u32,
@@ -40,19 +40,27 @@ shared_structs! {
         size_place: [u32; 2],
         first_way: [u32; 2],
         size_way: [u32; 2],
+        first_bounce: [u32; 2],
+        size_bounce: [u32; 2],
         /// Over that of uniform samples.
         density: f32,
         unused: u32,
     }
 
-    /// Light that a path from the eye found: the primary sample that would have brought it.
-    struct Importance {
+    /// What a light path begins with (see `emission.glsl`).
+    struct PrimarySample {
         light: u32,
         place: [u32; 2],
         way: [u32; 2],
-        /// What its photons would add to the pixel (nit), in the caustic and the global map.
-        weight: [f32; 2],
-        unused: u32,
+        bounce: [u32; 2],
+    }
+
+    /// Light that a path from the eye found.
+    struct Importance {
+        /// Of a light path that would have brought it.
+        primary: PrimarySample,
+        /// What its photons would add to the pixel (nit).
+        weight: f32,
     }
 
     /// All that such a path found.

@@ -54,6 +54,15 @@ shared_structs! {
         unused: u32,
     }
 
+    struct PrimariesPush {
+        frame: Ptr<Frame>,
+        guide: Ptr<Guide>,
+        paths: Ptr<u32>,
+        primaries: Ptr<PrimarySample>,
+        count: u32,
+        unused: u32,
+    }
+
     /// Exclusive prefix sum, one level of a tree: `values` become offsets within their chunk, the
     /// chunk's total goes to `totals`.
     struct ScanPush {

@@ -1,9 +1,9 @@
 //! What photons bring to some of the view samples, found on the host.
 
-use super::engine::Engine;
 use crate::Result;
 use crate::image::luminance;
-use crate::shared::{FramePixel, Photon, ViewSample};
+use crate::render::Engine;
+use crate::shared::{FramePixel, MAP_CAUSTIC, Photon, ViewSample};
 use glam::{IVec3, Vec3};
 use std::collections::HashMap;
 use std::f32::consts::PI;
@@ -55,35 +55,62 @@ impl Probes {
         median(&mut found.filter(|&n| n > 0.0).collect::<Vec<_>>())
     }
 
-    /// How many times the variance would be without a guide by which these photons began, relative to light; within so
-    /// many pixels in the caustic and the global map. What a photon brings has a variance in proportion to the
-    /// square of its flux; without a guide there would be as many fewer of it as they would carry more.
-    pub fn gain(&self, photons: &[Photon], pixels: [f32; 2]) -> f32 {
-        let radii = pixels.map(|p| p * self.footprint.unwrap_or(0.0));
+    /// What photons bring (nit) to each view sample that is looked at, within these radii (m) in the caustic and the
+    /// global map; relative to all the light there.
+    pub fn relative(&self, photons: &[Photon], radii: [f32; 2]) -> Vec<Brought> {
         let near = [0, 1].map(|map: u32| {
             let of_map = photons.iter().filter(move |p| p.number >> 31 == map);
             Near::new(of_map, radii[map as usize])
         });
+        let mut brought = Vec::new();
         let mut seen = Vec::new();
-        for i in self.some() {
+        for (probe, i) in self.some().enumerate() {
             let sample = &self.samples[i];
             let weight = luminance(sample.weight);
-            let [mut light, mut guided, mut unguided] = [self.others[i], 0.0, 0.0];
+            let mut light = self.others[i];
             for (near, radius) in near.iter().zip(radii) {
                 for photon in near.at(sample) {
-                    let brings = weight * luminance(photon.power.flux()) / (PI * radius * radius);
-                    light += brings;
-                    guided += brings * brings;
-                    unguided += brings * brings * photon.density;
+                    let relative = weight * luminance(photon.power.flux()) / (PI * radius * radius);
+                    light += relative;
+                    brought.push(Brought {
+                        probe,
+                        path: photon.path,
+                        density: photon.density,
+                        caustic: photon.number >> 31 == MAP_CAUSTIC,
+                        relative,
+                    });
                 }
             }
-            seen.push([light, guided, unguided]);
+            seen.push(light);
         }
-        let mean = seen.iter().map(|s| s[0]).sum::<f32>() / seen.len().max(1) as f32;
-        let relative = |light: f32| light * light + 0.01 * mean * mean;
-        let total = |i: usize| seen.iter().map(|s| s[i] / relative(s[0])).sum::<f32>();
-        total(2) / total(1)
+        let mean = seen.iter().sum::<f32>() / seen.len().max(1) as f32;
+        for b in &mut brought {
+            b.relative /= (seen[b.probe].powi(2) + 0.01 * mean * mean).sqrt();
+        }
+        brought
     }
+}
+
+/// Of a photon at a view sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Brought {
+    probe: usize,
+    pub path: u32,
+    /// Of the guide where the path began.
+    pub density: f32,
+    pub caustic: bool,
+    /// Light over all the light there.
+    pub relative: f32,
+}
+
+/// How many times the variance would be without the guide by which these photons began: what they bring has a variance in
+/// proportion to the square of their flux; without a guide there would be as many fewer as each would carry more.
+pub fn gain(brought: &[Brought]) -> f32 {
+    let squares = |weight: fn(&Brought) -> f32| {
+        let squares = brought.iter().map(|b| b.relative * b.relative * weight(b));
+        squares.sum::<f32>()
+    };
+    squares(|b| b.density) / squares(|_| 1.0)
 }
 
 /// Photons in cells.
