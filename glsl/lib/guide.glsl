@@ -28,12 +28,8 @@ Primary uniform_primary(uvec2 number) {
     return Primary(sequence_bits(low, seed).x, sequence_bits(low, seed + 1u), sequence_bits(low, seed + 2u), sequence_bits(low, seed + 3u));
 }
 
-// number × scale / 2²⁴, below 2³².
-uint stretch(uint number, uint scale) {
-    uint high, low;
-    umulExtended(number, scale, high, low);
-    return high << 8u | low >> 24u;
-}
+// 24 bits are left of a number, and these are enough within a cell.
+uint stretch(uint number, float scale) { return uint(min(float(number) * scale, 4294967040.0)); }
 
 // From [0, 2³²) to the `size` numbers from `first` on; a size of 0 stands for 2³².
 uint into(uint number, uint first, uint size) {

@@ -114,9 +114,11 @@ fn bounded(mut samples: Vec<Sample>) -> Vec<Sample> {
 
 /// What the photons of each path brought.
 fn from_light(engine: &Engine, brought: &[Brought]) -> Result<Vec<Sample>> {
-    let mut of_paths: BTreeMap<u32, f32> = BTreeMap::new();
+    let mut of_paths: BTreeMap<u32, (f32, f32)> = BTreeMap::new();
     for b in brought {
-        *of_paths.entry(b.path).or_default() += b.relative;
+        let e = of_paths.entry(b.path).or_default();
+        e.0 += b.relative;
+        e.1 += b.relative * b.relative * b.density;
     }
     let gpu = &engine.gpu;
     let paths: Vec<u32> = of_paths.keys().copied().collect();
@@ -137,7 +139,7 @@ fn from_light(engine: &Engine, brought: &[Brought]) -> Result<Vec<Sample>> {
     let primaries = gpu.read(&primaries, 0..primaries.len())?;
     let samples = primaries.iter().zip(of_paths.values());
     Ok(bounded(samples
-            .map(|(primary, &weight)| sample(primary, weight))
+            .map(|(primary, &weight)| Sample { square: weight.1, ..sample(primary, weight.0) })
             .collect(),
 ))
 }
@@ -190,6 +192,7 @@ fn sample(primary: &PrimarySample, weight: f32) -> Sample {
     Sample {
         at: [light, p, q, v, w, b, c],
         weight,
+        ..Sample::default()
     }
 }
 

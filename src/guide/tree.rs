@@ -10,26 +10,31 @@ use std::ops::Range;
 pub const AXES: usize = 7;
 /// How many numbers an axis has.
 const WHOLE: u64 = 1 << 32;
-/// A split sends this many of 256 below it at least, and above it: so no cell has less than about that share of the
-/// density without a guide, and the surroundings of what matters get more than what is far away.
-const SHARES: u32 = 256;
+/// Splits are in so many shares, and leave one at least on either side.
+const SHARES: u32 = 1024;
+/// This share of light paths begins as without a guide: none carries more than so many times the flux.
+const DEFENSIVE: f64 = 0.05;
 /// Cells at most: with their nodes they take 112 bytes each.
 const MAX_CELLS: usize = 1 << 14;
 /// A cell of samples that weigh as much as fewer equal ones is not split: there is nothing more to learn.
-const LEAST_SAMPLES: f64 = 24.0;
+const LEAST_SAMPLES: f64 = 16.0;
 /// Samples that are thought to lie evenly in each cell, beside those that were found.
 const PRIOR_SAMPLES: f64 = 2.0;
-/// By which the log likelihood of a cell's samples must grow, for a split to be more than chance: about the 1 % bound
-/// of the best among a hundred splits of evenly spread samples.
-const LEAST_GAIN: f64 = 9.0;
+/// By which the log likelihood of a cell's samples must grow, for a split to be more than chance.
+const LEAST_GAIN: f64 = 7.0;
 /// Splits that are tried along each axis lie between so many equal shares of the samples, and beside all of them.
 const QUANTILES: usize = 16;
+/// How much the variance of what paths bring counts against its mean.
+const VARIANCE_SHARE: f64 = 0.75;
 
 /// A primary sample and what it is worth.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sample {
     pub at: [u32; AXES],
+    /// What the path brought. Of samples with the guide's density, weights add up to the mean.
     pub weight: f32,
+    /// The variance of that, likewise; 0 where it is not known.
+    pub square: f32,
 }
 
 /// See `glsl/lib/guide.glsl`.
@@ -46,47 +51,26 @@ struct Interval {
     size: u64,
 }
 
-/// A cell under construction.
+/// A box of primary samples, maybe split in two.
 struct Part {
-    node: usize,
     bounds: [Interval; AXES],
-    /// That the guide goes there.
-    probability: f64,
     samples: Range<usize>,
-    split: Split,
+    /// Samples of equal weight that would say as much.
+    count: f64,
+    /// Of all light paths that should begin here, before any are spread.
+    mass: f64,
+    split: Option<Split>,
+    /// The part below the split, beside the one above it.
+    child: usize,
 }
 
-/// The best way to split a cell.
+/// The best way to split a part.
 #[derive(Debug, Clone, Copy)]
 struct Split {
     axis: usize,
     at: u64,
-    /// Of [`SHARES`], below the split.
-    share: u32,
     /// By which the log likelihood of all samples grows.
     gain: f64,
-}
-
-impl PartialEq for Part {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Part {}
-
-impl PartialOrd for Part {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-/// By what a split would gain; of equals, the one that was made first.
-impl Ord for Part {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let by_gain = self.split.gain.total_cmp(&other.split.gain);
-        by_gain.then_with(|| other.node.cmp(&self.node))
-    }
 }
 
 impl Tree {
@@ -97,110 +81,176 @@ impl Tree {
 
     /// Fitted to samples, whose order it changes.
     pub fn learn(samples: &mut [Sample]) -> Self {
-        let whole = Interval {
-            first: 0,
-            size: WHOLE,
-        };
+        let mut parts = grow(samples);
+        weigh(&mut parts, samples);
         let mut tree = Self {
-            nodes: vec![GuideNode::default()],
+            nodes: vec![GuideNode::default(); parts.len()],
             cells: Vec::new(),
         };
-        let mut open = BinaryHeap::new();
-        let mut splits = 0;
-        tree.add(&mut open, samples, 0, [whole; AXES], 1.0, 0..samples.len());
-        while let Some(part) = open.pop() {
-            if splits + 1 == MAX_CELLS {
-                tree.close(part.node, &part.bounds, part.probability);
-                continue;
-            }
-            splits += 1;
-            let Split {
-                axis, at, share, ..
-            } = part.split;
-            let first = part.samples.start;
-            let members = &mut samples[part.samples.clone()];
-            let middle = first + partition(members, |s| u64::from(s.at[axis]) < at);
-            let child = tree.nodes.len();
-            tree.nodes.extend([GuideNode::default(); 2]);
-            tree.nodes[part.node] = GuideNode {
-                axis: axis as u32,
-                child: child as u32,
-                threshold: share * (u32::MAX / SHARES + 1),
-                scale_below: scale(share),
-                scale_above: scale(SHARES - share),
-                unused: 0,
-            };
-            let (mut below, mut above) = (part.bounds, part.bounds);
-            below[axis].size = at - below[axis].first;
-            above[axis].size -= below[axis].size;
-            above[axis].first = at;
-            let chance = f64::from(share) / f64::from(SHARES);
-            for (node, bounds, chance, range) in [
-                (child, below, chance, first..middle),
-                (child + 1, above, 1.0 - chance, middle..part.samples.end),
-            ] {
-                tree.add(
-                    &mut open,
-                    samples,
-                    node,
-                    bounds,
-                    part.probability * chance,
-                    range,
-                );
-            }
-        }
+        tree.fill(&parts, 0, 1.0, 1.0);
         tree
     }
 
-    /// A cell to be split later, if that gains anything.
-    fn add(
-        &mut self,
-        open: &mut BinaryHeap<Part>,
-        samples: &[Sample],
-        node: usize,
-        bounds: [Interval; AXES],
-        probability: f64,
-        range: Range<usize>,
-    ) {
-        match best_split(&samples[range.clone()], &bounds) {
-            Some(split) => open.push(Part {
-                node,
-                bounds,
-                probability,
-                samples: range,
-                split,
-            }),
-            None => self.close(node, &bounds, probability),
-        }
-    }
-
-    fn close(&mut self, node: usize, bounds: &[Interval; AXES], probability: f64) {
-        self.nodes[node] = GuideNode {
-            axis: NONE,
-            child: self.cells.len() as u32,
-            ..GuideNode::default()
+    /// `learned`: the probability of a part by what was learned; `chance`: that which it has in the tree.
+    fn fill(&mut self, parts: &[Part], index: usize, learned: f64, chance: f64) {
+        let part = &parts[index];
+        let Some(split) = part.split else {
+            self.nodes[index] = GuideNode {
+                axis: NONE,
+                child: self.cells.len() as u32,
+                ..GuideNode::default()
+            };
+            self.cells.push(cell(&part.bounds, chance));
+            return;
         };
-        let volume: f64 = bounds.iter().map(|i| i.size as f64 / WHOLE as f64).product();
-        let first = bounds.map(|i| i.first as u32);
-        let size = bounds.map(|i| i.size as u32);
-        self.cells.push(GuideCell {
-            first_light: first[0],
-            size_light: size[0],
-            first_place: [first[1], first[2]],
-            size_place: [size[1], size[2]],
-            first_way: [first[3], first[4]],
-            size_way: [size[3], size[4]],
-            first_bounce: [first[5], first[6]],
-            size_bounce: [size[5], size[6]],
-            density: (probability / volume) as f32,
-            unused: 0,
+        let children = [part.child, part.child + 1];
+        let volume = volume(&part.bounds);
+        let volumes = children.map(|c| self::volume(&parts[c].bounds));
+        let spread = PRIOR_SAMPLES / part.count;
+        let learned_of = [0, 1].map(|i| {
+            let found = parts[children[i]].mass / part.mass;
+            learned * (found + spread * volumes[i] / volume) / (1.0 + spread)
         });
+        let wanted = [0, 1].map(|i| (1.0 - DEFENSIVE) * learned_of[i] + DEFENSIVE * volumes[i]);
+        let below = wanted[0] / (wanted[0] + wanted[1]);
+        let share = ((below * f64::from(SHARES)).round() as u32).clamp(1, SHARES - 1);
+        let below = f64::from(share) / f64::from(SHARES);
+        self.nodes[index] = GuideNode {
+            axis: split.axis as u32,
+            child: part.child as u32,
+            threshold: share * (u32::MAX / SHARES + 1),
+            scale_below: below.recip() as f32,
+            scale_above: (1.0 - below).recip() as f32,
+            unused: 0,
+        };
+        self.fill(parts, children[0], learned_of[0], chance * below);
+        self.fill(parts, children[1], learned_of[1], chance * (1.0 - below));
     }
 }
 
-/// So many of [`SHARES`] become all.
-fn scale(share: u32) -> u32 {
-    ((u64::from(SHARES) << 24) / u64::from(share)).min(u64::from(u32::MAX)) as u32
+fn cell(bounds: &[Interval; AXES], chance: f64) -> GuideCell {
+    let first = bounds.map(|i| i.first as u32);
+    let size = bounds.map(|i| i.size as u32);
+    GuideCell {
+        first_light: first[0],
+        size_light: size[0],
+        first_place: [first[1], first[2]],
+        size_place: [size[1], size[2]],
+        first_way: [first[3], first[4]],
+        size_way: [size[3], size[4]],
+        first_bounce: [first[5], first[6]],
+        size_bounce: [size[5], size[6]],
+        density: (chance / volume(bounds)) as f32,
+        unused: 0,
+    }
+}
+
+fn volume(bounds: &[Interval; AXES]) -> f64 {
+    let shares = bounds.iter().map(|i| i.size as f64 / WHOLE as f64);
+    shares.product()
+}
+
+/// Splits where that gains most, as long as it gains enough. The whole comes first.
+fn grow(samples: &mut [Sample]) -> Vec<Part> {
+    let whole = Interval {
+        first: 0,
+        size: WHOLE,
+    };
+    let mut parts = Vec::new();
+    let mut open = BinaryHeap::new();
+    let mut add = |parts: &mut Vec<Part>, open: &mut BinaryHeap<_>, samples: &[Sample], bounds, range: Range<usize>| {
+        let (count, split) = best_split(&samples[range.clone()], &bounds);
+        if let Some(split) = split {
+            open.push(Candidate {
+                gain: split.gain,
+                part: parts.len(),
+                split,
+            });
+        }
+        parts.push(Part {
+            bounds,
+            samples: range,
+            count,
+            mass: 0.0,
+            split: None,
+            child: 0,
+        });
+    };
+    add(&mut parts, &mut open, samples, [whole; AXES], 0..samples.len());
+    while let Some(Candidate { part, split, .. }) = open.pop()
+        && parts.len() < 2 * MAX_CELLS - 1
+    {
+        let Range { start, end } = parts[part].samples;
+        let members = &mut samples[start..end];
+        let middle = start + partition(members, |s| u64::from(s.at[split.axis]) < split.at);
+        let (mut below, mut above) = (parts[part].bounds, parts[part].bounds);
+        below[split.axis].size = split.at - below[split.axis].first;
+        above[split.axis].size -= below[split.axis].size;
+        above[split.axis].first = split.at;
+        parts[part].split = Some(split);
+        parts[part].child = parts.len();
+        add(&mut parts, &mut open, samples, below, start..middle);
+        add(&mut parts, &mut open, samples, above, middle..end);
+    }
+    parts
+}
+
+/// What could be split.
+struct Candidate {
+    gain: f64,
+    part: usize,
+    split: Split,
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Candidate {}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// By what a split would gain; of equals, the one that was made first.
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let by_gain = self.gain.total_cmp(&other.gain);
+        by_gain.then_with(|| other.part.cmp(&self.part))
+    }
+}
+
+/// Gives parts their masses. For the least variance a cell wants paths in proportion to the root of the mean square of
+/// what they bring, which is far above its mean where few of them bring much; but that root is known less well.
+fn weigh(parts: &mut [Part], samples: &[Sample]) {
+    let sums = |part: &Part| {
+        let samples = &samples[part.samples.clone()];
+        let weight: f64 = samples.iter().map(|s| f64::from(s.weight)).sum();
+        let square: f64 = samples.iter().map(|s| f64::from(s.square)).sum();
+        let known = samples.iter().filter(|s| s.square > 0.0).count() as f64;
+        let known = known / (known + 2.0 * PRIOR_SAMPLES);
+        [weight, (square * known * volume(&part.bounds)).sqrt()]
+    };
+    let of_parts: Vec<[f64; 2]> = parts.iter().map(sums).collect();
+    let leaves = (0..parts.len()).filter(|&i| parts[i].split.is_none());
+    let totals = leaves.fold([0.0; 2], |total, i| {
+        [total[0] + of_parts[i][0], total[1] + of_parts[i][1]]
+    });
+    let variance_share = if totals[1] > 0.0 { VARIANCE_SHARE } else { 0.0 };
+    // Children come after their parents.
+    for i in (0..parts.len()).rev() {
+        parts[i].mass = match parts[i].split {
+            Some(_) => parts[parts[i].child].mass + parts[parts[i].child + 1].mass,
+            None => {
+                (1.0 - variance_share) * of_parts[i][0] / totals[0]
+                    + variance_share * of_parts[i][1] / totals[1].max(f64::MIN_POSITIVE)
+            }
+        };
+    }
 }
 
 /// Brings those that are `before` to the front; returns how many they are.
@@ -215,13 +265,14 @@ fn partition(samples: &mut [Sample], before: impl Fn(&Sample) -> bool) -> usize 
     count
 }
 
-fn best_split(samples: &[Sample], bounds: &[Interval; AXES]) -> Option<Split> {
+/// How many samples of equal weight would say as much, and the best split, if there is a good one.
+fn best_split(samples: &[Sample], bounds: &[Interval; AXES]) -> (f64, Option<Split>) {
     let weight = |s: &Sample| f64::from(s.weight);
     let total: f64 = samples.iter().map(weight).sum();
     let squares: f64 = samples.iter().map(|s| weight(s).powi(2)).sum();
     let count = total * total / squares;
     if count.is_nan() || count < LEAST_SAMPLES {
-        return None;
+        return (count, None);
     }
     let splits = (0..AXES).flat_map(|axis| {
         let cuts = cuts(samples, axis, &bounds[axis]);
@@ -231,32 +282,27 @@ fn best_split(samples: &[Sample], bounds: &[Interval; AXES]) -> Option<Split> {
         }
         let mut below = 0.0;
         let splits = cuts.into_iter().zip(masses).map(move |(at, mass)| {
-            below += mass;
-            split(axis, at, &bounds[axis], below / total, count)
+            below += mass / total;
+            let gain = count * gain(at, &bounds[axis], below, count);
+            Split { axis, at, gain }
         });
         splits.collect::<Vec<_>>()
     });
-    let best = splits.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
-    (best.gain > LEAST_GAIN).then_some(Split {
-        // In shares of all samples, so that cells compare.
-        gain: best.gain / count * total,
-        ..best
-    })
+    let best = splits.max_by(|a, b| a.gain.total_cmp(&b.gain));
+    let good = best.filter(|split| split.gain > LEAST_GAIN);
+    // In shares of all samples, so that parts compare.
+    let good = good.map(|split| Split {
+        gain: split.gain / count * total,
+        ..split
+    });
+    (count, good)
 }
 
-/// `below`: share of the weight; `count`: samples. The gain is theirs.
-fn split(axis: usize, at: u64, bounds: &Interval, below: f64, count: f64) -> Split {
+/// By which the mean log likelihood of `count` samples grows, of whose weight the share `below` lies below a split.
+fn gain(at: u64, bounds: &Interval, below: f64, count: f64) -> f64 {
     let volume = (at - bounds.first) as f64 / bounds.size as f64;
-    let wanted = (below * count + PRIOR_SAMPLES * volume) / (count + PRIOR_SAMPLES);
-    let share = ((wanted * f64::from(SHARES)).round() as u32).clamp(1, SHARES - 1);
-    let chance = f64::from(share) / f64::from(SHARES);
-    let gain = below * (chance / volume).ln() + (1.0 - below) * ((1.0 - chance) / (1.0 - volume)).ln();
-    Split {
-        axis,
-        at,
-        share,
-        gain: gain * count,
-    }
+    let chance = (below * count + PRIOR_SAMPLES * volume) / (count + PRIOR_SAMPLES);
+    below * (chance / volume).ln() + (1.0 - below) * ((1.0 - chance) / (1.0 - volume)).ln()
 }
 
 /// Where to try to split, ascending: between quantiles, and a little beside the first and the last sample.

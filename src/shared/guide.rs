@@ -26,9 +26,9 @@ shared_structs! {
         child: u32,
         /// Numbers below this one stay below the split.
         threshold: u32,
-        /// By which numbers become as many as before, times 2^24.
-        scale_below: u32,
-        scale_above: u32,
+        /// By which numbers become as many as before.
+        scale_below: f32,
+        scale_above: f32,
         unused: u32,
     }
 
