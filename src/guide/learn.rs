@@ -21,6 +21,7 @@ const MOST_OF_MEAN: f32 = 50.0;
 const LEAST_OF_MEAN: f32 = 0.1;
 /// What paths from the eye found counts for so much of the whole, once there are light paths.
 const EYE_SHARE: f32 = 0.25;
+const HALO_SHARE: f32 = 0.1;
 
 /// Where what matters lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,41 +59,41 @@ pub fn round(engine: &mut Engine, iteration: u64) -> Result<(Probes, Vec<Photon>
 
 /// Sets the engine's guide, if that gains anything. `pixels`: within how many photons of the caustic and the global map
 /// matter to a view sample. Returns the last round of light paths.
-pub fn learn(engine: &mut Engine, pixels: [f32; 2]) -> Result<(Probes, Vec<Photon>)> {
-    let (mut probes, mut photons) = round(engine, 0)?;
+pub fn learn(engine: &mut Engine, pixels: [f32; 2], auto: bool) -> Result<(Probes, Vec<Photon>)> {
+    let (probes, even) = round(engine, 0)?;
     let Some(focus) = Focus::of(&probes.samples) else {
-        return Ok((probes, photons));
+        return Ok((probes, even));
     };
+    let radii = pixels.map(|p| p * probes.footprint.unwrap_or(0.0));
     let start = std::time::Instant::now();
     let of_eye = from_eye(engine, &focus)?;
-    eprintln!("eye {:?}", start.elapsed());
     let mut of_light = Vec::new();
-    let mut samples = of_eye.clone();
-    let mut tree = Tree::learn(&mut samples);
-    eprintln!("tree {:?}", start.elapsed());
-    for i in 0..ROUNDS {
+    let mut tree = Tree::learn(&mut of_eye.clone());
+    let mut probes = probes;
+    for i in 0..=ROUNDS {
         engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
-        (probes, photons) = round(engine, i)?;
-        let radii = pixels.map(|p| p * probes.footprint.unwrap_or(0.0));
-        let brought = probes.relative(&photons, radii);
-        eprintln!("round {i}: {} cells, {} brought, gain {} {:?}", tree.cells.len(), brought.len(), gain(&brought), start.elapsed());
-        of_light.extend(from_light(engine, &brought)?);
-        for samples in [&of_light, &of_eye] {
-            let n = samples.len();
-            let w: f64 = samples.iter().map(|s| f64::from(s.weight)).sum();
-            let w2: f64 = samples.iter().map(|s| f64::from(s.weight).powi(2)).sum();
-            let mut v: Vec<f32> = samples.iter().map(|s| s.weight).collect();
-            v.sort_by(f32::total_cmp);
-            let q = |x: f64| v.get((n as f64 * x) as usize).copied().unwrap_or(0.0) as f64 * n as f64 / w;
-            eprintln!("DBG n {n} mean {:.3e} n_eff {:.1} median/mean {:.3} 90% {:.3} 99% {:.3} 99.9% {:.3} max {:.1}", w / n as f64, w * w / w2, q(0.5), q(0.9), q(0.99), q(0.999), q(0.9999999));
+        let (seen, photons) = round(engine, i)?;
+        let brought = seen.relative(&photons, radii);
+        probes = seen;
+        if i == ROUNDS {
+            let pixels = 4 * engine.view.pixel_count();
+            let cost = |photons: &[Photon]| (pixels + engine.frame_data.paths as usize + 2 * photons.len()) as f32;
+            let ratio = cost(&photons) / cost(&even);
+            let u = |b: &[Brought]| b.iter().map(|b| b.path).collect::<std::collections::BTreeSet<_>>().len() as f32 / engine.frame_data.paths as f32;
+            eprintln!("learned: U {:.3} -> {:.3}, cells {}, gain {:.3}, cost {ratio:.3}, {:?}", u(&probes.relative(&even, radii)), u(&brought), tree.cells.len(), gain(&brought), start.elapsed());
+            if auto && gain(&brought) < 1.5 * ratio {
+                engine.guide = Guide::none(&engine.gpu, &engine.world)?;
+                return Ok((probes, even));
+            }
+            return Ok((probes, photons));
         }
+        of_light.extend(from_light(engine, &brought)?);
         let mut samples = normalized(&of_light, 1.0 - EYE_SHARE);
         samples.extend(normalized(&of_eye, EYE_SHARE));
+        samples.extend(normalized(&around(&of_light), HALO_SHARE));
         tree = Tree::learn(&mut samples);
     }
-    engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
-    eprintln!("learned: {} cells, {:?}", tree.cells.len(), start.elapsed());
-    Ok((probes, photons))
+    Ok((probes, even))
 }
 
 /// Weights that add up to `total`.
@@ -103,6 +104,28 @@ fn normalized(samples: &[Sample], total: f32) -> Vec<Sample> {
         ..*s
     });
     scaled.collect()
+}
+
+/// Samples beside others, at all distances alike on a logarithmic scale.
+fn around(samples: &[Sample]) -> Vec<Sample> {
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as f64 / (1u64 << 31) as f64
+    };
+    let halo = samples.iter().map(|s| {
+        let scale = (32.0 * random()).exp2();
+        let mut at = s.at;
+        for axis in [3, 4] {
+            let there = f64::from(at[axis]) + scale * (random() - 0.5);
+            at[axis] = there.clamp(0.0, f64::from(u32::MAX)) as u32;
+        }
+        for axis in [5, 6] {
+            at[axis] = (random() * 4294967295.0) as u32;
+        }
+        Sample { at, weight: s.weight, square: 0.0 }
+    });
+    halo.collect()
 }
 
 fn bounded(mut samples: Vec<Sample>) -> Vec<Sample> {

@@ -158,7 +158,7 @@ fn grow(samples: &mut [Sample]) -> Vec<Part> {
     };
     let mut parts = Vec::new();
     let mut open = BinaryHeap::new();
-    let mut add = |parts: &mut Vec<Part>, open: &mut BinaryHeap<_>, samples: &[Sample], bounds, range: Range<usize>| {
+    let add = |parts: &mut Vec<Part>, open: &mut BinaryHeap<_>, samples: &[Sample], bounds, range: Range<usize>| {
         let (count, split) = best_split(&samples[range.clone()], &bounds);
         if let Some(split) = split {
             open.push(Candidate {

@@ -19,7 +19,7 @@ const CULL_BELOW: f32 = 0.75;
 pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
     let guide = settings.guide != Switch::Off && engine.frame_data.paths > 0;
     let (probes, photons) = match guide {
-        true => learn(engine, PIXELS.map(|p| *p.end()))?,
+        true => learn(engine, PIXELS.map(|p| *p.end()), settings.guide == Switch::Auto)?,
         false => round(engine, 0)?,
     };
     first_radii(engine, settings, &probes, &photons)?;
