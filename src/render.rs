@@ -10,7 +10,7 @@ mod traced;
 
 use crate::film::Film;
 use crate::gpu::{Gpu, Timings};
-use crate::guide::Guide;
+use crate::guide::{Guide, Lesson};
 use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
 use crate::scene::Scene;
@@ -131,6 +131,10 @@ impl Renderer {
             idle: Idle::default(),
             ledger: Ledger64::default(),
             guide: Guide::none(gpu, &world)?,
+            lesson: Lesson {
+                light: [true; 2],
+                ..Lesson::default()
+            },
             direct_features: direct,
             world,
             view,

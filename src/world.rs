@@ -20,6 +20,7 @@ use convert::{material, slots, texture_array};
 use features::ANY_SLOT;
 use geometry::Geometry;
 use glam::Vec3;
+use lights::{LightNames, Lights};
 
 pub use features::{FEATURES, Feature, everything, features};
 pub use usage::{Reached, Use, upload_bytes};
@@ -36,6 +37,7 @@ pub struct World {
     /// Entries of the software traversal's stack.
     pub stack_size: u32,
     pub bounds_w: (Vec3, Vec3),
+    pub light_names: LightNames,
     /// Kept alive for their addresses.
     _held: Held,
 }
@@ -71,7 +73,11 @@ impl World {
         let materials: Vec<u32> = reached.materials.iter().map(|m| m.0).collect();
         let geometry = Geometry::new(scene, trace, &materials, has(FEATURE_INSTANCES));
         check_tree(&geometry, &gpu.info().name)?;
-        let (lights, light_tree) = lights::lights(scene, &geometry.once)?;
+        let Lights {
+            lights,
+            tree: light_tree,
+            names: light_names,
+        } = lights::lights(scene, &geometry.once)?;
         let by_triangle = lights::by_triangle(&lights);
         let in_slots = reached.textures_in(scene, |_| true);
         let textures = has(ANY_SLOT)
@@ -161,6 +167,7 @@ impl World {
             features,
             stack_size: geometry.stack_size.max(1),
             bounds_w: (min, max),
+            light_names,
             _held: held,
         })
     }

@@ -38,9 +38,11 @@ void add_seen(inout float seen, vec3 radiance) {
     if (l > 0.0) seen = min(seen + l, 1e30);
 }
 
-// Of a light, through a point, in the direction that its light goes. `bounce`: numbers that choose where it goes then; NONE
-// where they do not.
-void record(World world, Guide guide, uint path, inout uint count, uint light, vec2 bary, vec3 through_w, vec3 direction_w, uvec2 bounce, float weight) {
+// Of a light, through a point, in the direction that its light goes. `bounce`: numbers that choose where it goes
+// then; NONE where they do not.
+void record(World world, Guide guide, uint path, inout uint count, uint light, vec2 bary, vec3 through_w,
+    vec3 direction_w, uvec2 bounce, uint layer, vec3 radiance) {
+    float weight = by_photons(layer, radiance);
     // Nor NaN.
     if (count == IMPORTANCE_RECORDS || light == NONE || !(weight > 0.0)) return;
     uvec4 random = pcg4d(uvec4(path, count, 0u, STREAM_IMPORTANCE));
@@ -51,7 +53,7 @@ void record(World world, Guide guide, uint path, inout uint count, uint light, v
     found.primary.place = primary.place;
     found.primary.way = primary.way;
     found.primary.bounce = primary.bounce;
-    found.weight = min(weight, 1e30);
+    found.weight = min(weight, 1e30) * (layer == LAYER_CAUSTIC ? -1.0 : 1.0);
     store_Importance(push.records, path * IMPORTANCE_RECORDS + count++, found);
 }
 
@@ -81,13 +83,13 @@ void main() {
     for (;;) {
         FramePixel found = nothing_seen();
         vec3 direction_w = path.direction_w, event_w = path.event_w;
+        uint layer = path.layer;
         bool met = arrive(world, path, found, s, hit);
         add_seen(seen, found.emission + found.direct + found.caustic + found.global);
-        // At most one light shines at the end of an edge.
-        float weight = by_photons(LAYER_DIRECT, found.direct) + by_photons(LAYER_CAUSTIC, found.caustic) + by_photons(LAYER_GLOBAL, found.global);
-        if (weight > 0.0) {
+        vec3 shines = found.direct + found.caustic + found.global;
+        if (max_component(shines) > 0.0) {
             uint light = met ? light_at(world, hit.triangle, hit.bary) : world.light_count - 1u;
-            record(world, guide, index, count, light, hit.bary, event_w, -direction_w, bounce, weight);
+            record(world, guide, index, count, light, hit.bary, event_w, -direction_w, bounce, layer, shines);
         }
         if (!met || path.edges >= frame.max_depth) break;
         if (path.layer != LAYER_EMISSION && dot(s.normal_s, s.wo) <= 0.0) break;
@@ -98,10 +100,10 @@ void main() {
             add_seen(seen, path.throughput * (l.light.diffuse + l.light.specular));
             Lobes lobes = lobes_at(s, clamp(dot(s.normal_s, s.wo), 0.0, 1.0));
             vec3 scattered = l.even * (dot(s.normal_g, l.wi) < 0.0 ? lobes.transmittance : lobes.reflectance);
-            weight = by_photons(layer_after(path.layer, true), path.throughput * l.light.diffuse);
-            record(world, guide, index, count, l.index, l.bary, s.position_w, -l.wi, bounce_back(s), weight);
-            weight = by_photons(layer_after(path.layer, false), path.throughput * scattered);
-            record(world, guide, index, count, l.index, l.bary, s.position_w, -l.wi, uvec2(NONE), weight);
+            record(world, guide, index, count, l.index, l.bary, s.position_w, -l.wi, bounce_back(s),
+                layer_after(path.layer, true), path.throughput * l.light.diffuse);
+            record(world, guide, index, count, l.index, l.bary, s.position_w, -l.wi, uvec2(NONE),
+                layer_after(path.layer, false), path.throughput * scattered);
         }
         BsdfSample event = next_event(s, true, path);
         bounce = event.lobe == LOBE_DIFFUSE ? bounce_back(s) : uvec2(NONE);

@@ -2,15 +2,17 @@
 
 mod learn;
 mod probes;
+mod sample;
+mod text;
 mod tree;
 
-pub use learn::{Focus, learn, round};
+pub use learn::{Lesson, learn};
 pub use probes::Probes;
 pub use tree::Tree;
 
 use crate::Result;
 use crate::gpu::{Buffer, Gpu, Ptr};
-use crate::shared::{self, GuideCell, GuideNode};
+use crate::shared::{self, GuideCell, GuideNode, ViewSample};
 use crate::world::World;
 use glam::Vec3;
 
@@ -19,6 +21,8 @@ pub struct Guide {
     guide: Buffer<shared::Guide>,
     nodes: Buffer<GuideNode>,
     cells: Buffer<GuideCell>,
+    /// What it was made of; `None` where light paths begin as without a guide.
+    learned: Option<(Focus, Tree)>,
 }
 
 impl Guide {
@@ -27,9 +31,14 @@ impl Guide {
         let (min, max) = world.bounds_w;
         let everything = Focus {
             center_w: 0.5 * (min + max),
-            reach: f32::MAX.sqrt() * 0.25,
+            // From nowhere is that a narrow bundle.
+            reach: 1e18,
         };
-        Self::new(gpu, world, &everything, &Tree::even())
+        let even = Self::new(gpu, world, &everything, &Tree::even())?;
+        Ok(Self {
+            learned: None,
+            ..even
+        })
     }
 
     /// Of a tree whose samples were taken with this focus.
@@ -48,9 +57,11 @@ impl Guide {
             guide: gpu.upload("guide", &[guide])?,
             nodes,
             cells,
+            learned: Some((*focus, tree.clone())),
         })
     }
 
+    /// Where shaders find it.
     pub fn ptr(&self) -> Ptr<shared::Guide> {
         self.guide.ptr()
     }
@@ -59,9 +70,48 @@ impl Guide {
     pub fn bytes(&self) -> usize {
         self.nodes.bytes() + self.cells.bytes()
     }
+
+    /// Where it was learned: what [`Guide::from_text`] makes the same guide of.
+    pub fn to_text(&self) -> Option<String> {
+        let (focus, tree) = self.learned.as_ref()?;
+        Some(text::write(focus, tree))
+    }
+
+    /// `None` where the text is of no guide.
+    pub fn from_text(gpu: &Gpu, world: &World, text: &str) -> Option<Result<Self>> {
+        let (focus, tree) = text::read(text)?;
+        Some(Self::new(gpu, world, &focus, &tree))
+    }
 }
 
 /// From a point to the farthest of a box (m).
 fn farthest((min, max): (Vec3, Vec3), from: Vec3) -> f32 {
     (max - from).abs().max((min - from).abs()).length()
+}
+
+/// Where what matters lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Focus {
+    pub center_w: Vec3,
+    /// Most of it is this near to the center (m).
+    pub reach: f32,
+}
+
+impl Focus {
+    /// Of what the eye sees, if it sees anything.
+    pub fn of(samples: &[ViewSample]) -> Option<Self> {
+        let quantile = |mut values: Vec<f32>, share: f32| {
+            values.sort_unstable_by(f32::total_cmp);
+            values.get((values.len() as f32 * share) as usize).copied()
+        };
+        let axis = |i: usize| quantile(samples.iter().map(|s| s.position_w[i]).collect(), 0.5);
+        let center_w = Vec3::new(axis(0)?, axis(1)?, axis(2)?);
+        let distances = samples
+            .iter()
+            .map(|s| center_w.distance(s.position_w.into()));
+        Some(Self {
+            center_w,
+            reach: quantile(distances.collect(), 0.75)?,
+        })
+    }
 }

@@ -55,9 +55,13 @@ impl Probes {
         median(&mut found.filter(|&n| n > 0.0).collect::<Vec<_>>())
     }
 
-    /// What photons bring (nit) to each view sample that is looked at, within these radii (m) in the caustic and the
-    /// global map; relative to all the light there.
-    pub fn relative(&self, photons: &[Photon], radii: [f32; 2]) -> Vec<Brought> {
+    /// What photons bring to each view sample that is looked at, within these radii (pixels) in the caustic and the
+    /// global map: wider ones where the view samples would otherwise leave gaps between them.
+    pub fn brought(&self, photons: &[Photon], pixels: [f32; 2]) -> Vec<Brought> {
+        let apart = (self.samples.len() as f32 / PROBES as f32).sqrt();
+        let widest = pixels[0].max(pixels[1]);
+        let pixel = self.footprint.unwrap_or(0.0) * (apart / widest).max(1.0);
+        let radii = pixels.map(|p| p * pixel);
         let near = [0, 1].map(|map: u32| {
             let of_map = photons.iter().filter(move |p| p.number >> 31 == map);
             Near::new(of_map, radii[map as usize])

@@ -11,7 +11,7 @@ pub const AXES: usize = 7;
 /// How many numbers an axis has.
 const WHOLE: u64 = 1 << 32;
 /// Splits are in so many shares, and leave one at least on either side.
-const SHARES: u32 = 1024;
+pub const SHARES: u32 = 1024;
 /// This share of light paths begins as without a guide: none carries more than so many times the flux.
 const DEFENSIVE: f64 = 0.05;
 /// Cells at most: with their nodes they take 112 bytes each.
@@ -40,8 +40,22 @@ pub struct Sample {
 /// See `glsl/lib/guide.glsl`.
 #[derive(Debug, Clone)]
 pub struct Tree {
+    /// From the root on, each split before what lies below and then above it.
+    pub shapes: Vec<Shape>,
     pub nodes: Vec<GuideNode>,
     pub cells: Vec<GuideCell>,
+}
+
+/// What the tree is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// Primary samples whose number on this axis is below `at` get so many of [`SHARES`], the others the rest.
+    Split {
+        axis: u32,
+        at: u32,
+        share: u32,
+    },
+    Cell,
 }
 
 /// Numbers from `first` on.
@@ -51,9 +65,16 @@ struct Interval {
     size: u64,
 }
 
+type Bounds = [Interval; AXES];
+
+const WHOLE_BOX: Bounds = [Interval {
+    first: 0,
+    size: WHOLE,
+}; AXES];
+
 /// A box of primary samples, maybe split in two.
 struct Part {
-    bounds: [Interval; AXES],
+    bounds: Bounds,
     samples: Range<usize>,
     /// Samples of equal weight that would say as much.
     count: f64,
@@ -76,59 +97,109 @@ struct Split {
 impl Tree {
     /// One cell: light paths begin as they would without a guide.
     pub fn even() -> Self {
-        Self::learn(&mut [])
+        let whole = vec![GuideNode {
+            axis: NONE,
+            ..GuideNode::default()
+        }];
+        Self {
+            shapes: vec![Shape::Cell],
+            nodes: whole,
+            cells: vec![cell(&WHOLE_BOX, 1.0)],
+        }
     }
 
     /// Fitted to samples, whose order it changes.
     pub fn learn(samples: &mut [Sample]) -> Self {
         let mut parts = grow(samples);
         weigh(&mut parts, samples);
-        let mut tree = Self {
-            nodes: vec![GuideNode::default(); parts.len()],
-            cells: Vec::new(),
-        };
-        tree.fill(&parts, 0, 1.0, 1.0);
-        tree
+        let mut shapes = Vec::with_capacity(parts.len());
+        append_shapes(&mut shapes, &parts, 0, 1.0);
+        Self::of_shapes(shapes, usize::MAX).unwrap_or_else(Self::even)
     }
 
-    /// `learned`: the probability of a part by what was learned; `chance`: that which it has in the tree.
-    fn fill(&mut self, parts: &[Part], index: usize, learned: f64, chance: f64) {
-        let part = &parts[index];
-        let Some(split) = part.split else {
-            self.nodes[index] = GuideNode {
-                axis: NONE,
-                child: self.cells.len() as u32,
-                ..GuideNode::default()
+    /// `None` where these are of no tree, or of one that is deeper than this.
+    pub fn of_shapes(shapes: Vec<Shape>, max_depth: usize) -> Option<Self> {
+        let mut nodes = vec![GuideNode::default()];
+        let mut cells = Vec::new();
+        // What is yet to come: number of the node, its box, its probability and its depth.
+        let mut open = vec![(0, WHOLE_BOX, 1.0, 0)];
+        for shape in &shapes {
+            let (node, bounds, chance, depth) = open.pop()?;
+            let Shape::Split { axis, at, share } = *shape else {
+                nodes[node] = GuideNode {
+                    axis: NONE,
+                    child: cells.len() as u32,
+                    ..GuideNode::default()
+                };
+                cells.push(cell(&bounds, chance));
+                continue;
             };
-            self.cells.push(cell(&part.bounds, chance));
-            return;
-        };
-        let children = [part.child, part.child + 1];
-        let volume = volume(&part.bounds);
-        let volumes = children.map(|c| self::volume(&parts[c].bounds));
-        let spread = PRIOR_SAMPLES / part.count;
-        let learned_of = [0, 1].map(|i| {
-            let found = parts[children[i]].mass / part.mass;
-            learned * (found + spread * volumes[i] / volume) / (1.0 + spread)
-        });
-        let wanted = [0, 1].map(|i| (1.0 - DEFENSIVE) * learned_of[i] + DEFENSIVE * volumes[i]);
-        let below = wanted[0] / (wanted[0] + wanted[1]);
-        let share = ((below * f64::from(SHARES)).round() as u32).clamp(1, SHARES - 1);
-        let below = f64::from(share) / f64::from(SHARES);
-        self.nodes[index] = GuideNode {
-            axis: split.axis as u32,
-            child: part.child as u32,
-            threshold: share * (u32::MAX / SHARES + 1),
-            scale_below: below.recip() as f32,
-            scale_above: (1.0 - below).recip() as f32,
-            unused: 0,
-        };
-        self.fill(parts, children[0], learned_of[0], chance * below);
-        self.fill(parts, children[1], learned_of[1], chance * (1.0 - below));
+            let [below, above] = halves(&bounds, axis as usize, at.into())?;
+            let share_below = f64::from(share) / f64::from(SHARES);
+            let child = nodes.len();
+            nodes.extend([GuideNode::default(); 2]);
+            nodes[node] = GuideNode {
+                axis,
+                child: child as u32,
+                threshold: share * (u32::MAX / SHARES + 1),
+                scale_below: share_below.recip() as f32,
+                scale_above: (1.0 - share_below).recip() as f32,
+                unused: 0,
+            };
+            if depth == max_depth {
+                return None;
+            }
+            open.push((child + 1, above, chance * (1.0 - share_below), depth + 1));
+            open.push((child, below, chance * share_below, depth + 1));
+        }
+        open.is_empty().then_some(Self {
+            shapes,
+            nodes,
+            cells,
+        })
     }
 }
 
-fn cell(bounds: &[Interval; AXES], chance: f64) -> GuideCell {
+/// Of a part and those within it; `learned`: its probability by what was learned.
+fn append_shapes(shapes: &mut Vec<Shape>, parts: &[Part], index: usize, learned: f64) {
+    let part = &parts[index];
+    let Some(split) = part.split else {
+        shapes.push(Shape::Cell);
+        return;
+    };
+    let children = [&parts[part.child], &parts[part.child + 1]];
+    let volume = volume(&part.bounds);
+    let volumes = children.map(|child| self::volume(&child.bounds));
+    let spread = PRIOR_SAMPLES / part.count;
+    let learned = [0, 1].map(|i| {
+        let found = children[i].mass / part.mass;
+        learned * (found + spread * volumes[i] / volume) / (1.0 + spread)
+    });
+    let wanted = [0, 1].map(|i| (1.0 - DEFENSIVE) * learned[i] + DEFENSIVE * volumes[i]);
+    let below = wanted[0] / (wanted[0] + wanted[1]);
+    shapes.push(Shape::Split {
+        axis: split.axis as u32,
+        at: split.at as u32,
+        share: ((below * f64::from(SHARES)).round() as u32).clamp(1, SHARES - 1),
+    });
+    append_shapes(shapes, parts, part.child, learned[0]);
+    append_shapes(shapes, parts, part.child + 1, learned[1]);
+}
+
+/// Below and above a place on an axis, which must lie within.
+fn halves(bounds: &Bounds, axis: usize, at: u64) -> Option<[Bounds; 2]> {
+    let Interval { first, size } = *bounds.get(axis)?;
+    let below = at.checked_sub(first).filter(|&b| b > 0 && b < size)?;
+    let mut halves = [*bounds; 2];
+    halves[0][axis].size = below;
+    halves[1][axis] = Interval {
+        first: at,
+        size: size - below,
+    };
+    Some(halves)
+}
+
+fn cell(bounds: &Bounds, chance: f64) -> GuideCell {
     let first = bounds.map(|i| i.first as u32);
     let size = bounds.map(|i| i.size as u32);
     GuideCell {
@@ -145,54 +216,54 @@ fn cell(bounds: &[Interval; AXES], chance: f64) -> GuideCell {
     }
 }
 
-fn volume(bounds: &[Interval; AXES]) -> f64 {
+fn volume(bounds: &Bounds) -> f64 {
     let shares = bounds.iter().map(|i| i.size as f64 / WHOLE as f64);
     shares.product()
 }
 
 /// Splits where that gains most, as long as it gains enough. The whole comes first.
 fn grow(samples: &mut [Sample]) -> Vec<Part> {
-    let whole = Interval {
-        first: 0,
-        size: WHOLE,
-    };
     let mut parts = Vec::new();
     let mut open = BinaryHeap::new();
-    let add = |parts: &mut Vec<Part>, open: &mut BinaryHeap<_>, samples: &[Sample], bounds, range: Range<usize>| {
-        let (count, split) = best_split(&samples[range.clone()], &bounds);
-        if let Some(split) = split {
-            open.push(Candidate {
-                gain: split.gain,
-                part: parts.len(),
-                split,
-            });
-        }
-        parts.push(Part {
-            bounds,
-            samples: range,
-            count,
-            mass: 0.0,
-            split: None,
-            child: 0,
-        });
-    };
-    add(&mut parts, &mut open, samples, [whole; AXES], 0..samples.len());
+    add_part(&mut parts, &mut open, samples, WHOLE_BOX, 0..samples.len());
     while let Some(Candidate { part, split, .. }) = open.pop()
         && parts.len() < 2 * MAX_CELLS - 1
     {
+        let Some([below, above]) = halves(&parts[part].bounds, split.axis, split.at) else {
+            continue;
+        };
         let Range { start, end } = parts[part].samples;
         let members = &mut samples[start..end];
         let middle = start + partition(members, |s| u64::from(s.at[split.axis]) < split.at);
-        let (mut below, mut above) = (parts[part].bounds, parts[part].bounds);
-        below[split.axis].size = split.at - below[split.axis].first;
-        above[split.axis].size -= below[split.axis].size;
-        above[split.axis].first = split.at;
         parts[part].split = Some(split);
         parts[part].child = parts.len();
-        add(&mut parts, &mut open, samples, below, start..middle);
-        add(&mut parts, &mut open, samples, above, middle..end);
+        add_part(&mut parts, &mut open, samples, below, start..middle);
+        add_part(&mut parts, &mut open, samples, above, middle..end);
     }
     parts
+}
+
+fn add_part(
+    parts: &mut Vec<Part>,
+    open: &mut BinaryHeap<Candidate>,
+    samples: &[Sample],
+    bounds: Bounds,
+    range: Range<usize>,
+) {
+    let (count, split) = best_split(&samples[range.clone()], &bounds);
+    open.extend(split.map(|split| Candidate {
+        gain: split.gain,
+        part: parts.len(),
+        split,
+    }));
+    parts.push(Part {
+        bounds,
+        samples: range,
+        count,
+        mass: 0.0,
+        split: None,
+        child: 0,
+    });
 }
 
 /// What could be split.
@@ -266,7 +337,7 @@ fn partition(samples: &mut [Sample], before: impl Fn(&Sample) -> bool) -> usize 
 }
 
 /// How many samples of equal weight would say as much, and the best split, if there is a good one.
-fn best_split(samples: &[Sample], bounds: &[Interval; AXES]) -> (f64, Option<Split>) {
+fn best_split(samples: &[Sample], bounds: &Bounds) -> (f64, Option<Split>) {
     let weight = |s: &Sample| f64::from(s.weight);
     let total: f64 = samples.iter().map(weight).sum();
     let squares: f64 = samples.iter().map(|s| weight(s).powi(2)).sum();
@@ -322,4 +393,101 @@ fn cuts(samples: &[Sample], axis: usize, bounds: &Interval) -> Vec<u64> {
     cuts.sort_unstable();
     cuts.dedup();
     cuts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers of a sequence that has nothing to do with the tree's.
+    fn random(seed: u32) -> impl Iterator<Item = u32> {
+        let mut state = u64::from(seed) << 32 | 1;
+        std::iter::repeat_with(move || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 32) as u32
+        })
+    }
+
+    /// 10⁻⁶ of the extent along two axes, in one of a thousand lights.
+    fn needle(n: usize) -> Vec<Sample> {
+        let mut numbers = random(7);
+        let mut next = || numbers.next().unwrap();
+        let sample = |_| Sample {
+            at: [
+                1_000_000_000 + next() / 1000,
+                next(),
+                next(),
+                3_000_000_000 + next() / 1_000_000,
+                20_000 + next() / 1_000_000,
+                next(),
+                next(),
+            ],
+            weight: 1.0,
+            square: 0.0,
+        };
+        (0..n).map(sample).collect()
+    }
+
+    #[test]
+    fn cells_fill_the_whole_and_share_all_paths() {
+        let tree = Tree::learn(&mut needle(4000));
+        let size = |size: u32| if size == 0 { 1.0 } else { f64::from(size) / WHOLE as f64 };
+        let volume = |c: &GuideCell| {
+            let sizes = [c.size_place, c.size_way, c.size_bounce].concat();
+            size(c.size_light) * sizes.into_iter().map(size).product::<f64>()
+        };
+        let volumes: f64 = tree.cells.iter().map(volume).sum();
+        assert!((volumes - 1.0).abs() < 1e-9, "{volumes}");
+        let chances = tree.cells.iter().map(|c| volume(c) * f64::from(c.density));
+        let all: f64 = chances.sum();
+        assert!((all - 1.0).abs() < 1e-5, "{all}");
+        let least = tree.cells.iter().map(|c| c.density).fold(1.0, f32::min);
+        assert!(f64::from(least) > 0.7 * DEFENSIVE, "{least}");
+    }
+
+    #[test]
+    fn what_is_tiny_is_found() {
+        let tree = Tree::learn(&mut needle(4000));
+        // By volume one path in 10¹⁵ would begin there.
+        let density = tree.cells.iter().map(|c| c.density).fold(0.0, f32::max);
+        assert!(density > 1e14, "{density}");
+    }
+
+    #[test]
+    fn what_is_even_stays_whole() {
+        for (n, seed) in [(0, 1), (10, 2), (20_000, 3)] {
+            let mut numbers = random(seed);
+            let sample = |_| Sample {
+                at: std::array::from_fn(|_| numbers.next().unwrap()),
+                weight: 1.0,
+                square: 1.0,
+            };
+            let tree = Tree::learn(&mut (0..n).map(sample).collect::<Vec<_>>());
+            assert_eq!(tree.cells.len(), 1, "{n}");
+            assert_eq!(tree.cells[0].density, 1.0);
+        }
+    }
+
+    #[test]
+    fn rare_bright_paths_count_more_than_their_mean() {
+        let mut numbers = random(5);
+        let mut next = || numbers.next().unwrap();
+        // Both halves bring as much, one in a hundredth of the paths.
+        let sample = |i: usize| {
+            let rare = i % 101 == 0;
+            let half = if rare { 1 << 31 } else { 0 };
+            Sample {
+                at: [next(), next(), next(), half + next() / 2, next(), next(), next()],
+                weight: if rare { 100.0 } else { 1.0 },
+                square: if rare { 1e4 } else { 1.0 },
+            }
+        };
+        let tree = Tree::learn(&mut (0..40_000).map(sample).collect::<Vec<_>>());
+        let Some(Shape::Split { axis: 3, share, .. }) = tree.shapes.first().copied() else {
+            panic!("{:?}", tree.shapes);
+        };
+        // A tenth by the root of the mean square, half by the mean.
+        let below = f64::from(share) / f64::from(SHARES);
+        assert!((0.12..0.3).contains(&below), "{below}");
+    }
 }

@@ -6,7 +6,7 @@ use super::traced::{Traced, Turns};
 use crate::Result;
 use crate::film::Film;
 use crate::gpu::{Commands, Done, Gpu, Ptr, Timings};
-use crate::guide::Guide;
+use crate::guide::{Guide, Lesson};
 use crate::photons::{Order, Photons};
 use crate::settings::Evaluate;
 use crate::shared::{Counters, Frame};
@@ -20,6 +20,8 @@ pub struct Engine {
     pub gpu: Gpu,
     pub world: World,
     pub guide: Guide,
+    /// How the guide came about.
+    pub lesson: Lesson,
     /// FEATURE_ bits of direct light.
     pub direct_features: u32,
     pub view: View,

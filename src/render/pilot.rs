@@ -2,7 +2,7 @@
 //! to start with, whether culling pays, and how many photons the buffers must hold.
 
 use super::engine::Engine;
-use crate::guide::{Probes, learn, round};
+use crate::guide::{Probes, learn};
 use crate::settings::{Length, Settings, Switch};
 use crate::shared::Photon;
 use crate::{Error, Result};
@@ -17,11 +17,9 @@ const CULL_BELOW: f32 = 0.75;
 
 /// Sets the guide, the first radii, culling, and buffer sizes of the engine.
 pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
-    let guide = settings.guide != Switch::Off && engine.frame_data.paths > 0;
-    let (probes, photons) = match guide {
-        true => learn(engine, PIXELS.map(|p| *p.end()), settings.guide == Switch::Auto)?,
-        false => round(engine, 0)?,
-    };
+    let pixels = PIXELS.map(|p| *p.end());
+    let (probes, photons, lesson) = learn(engine, settings.guide, pixels)?;
+    engine.lesson = lesson;
     first_radii(engine, settings, &probes, &photons)?;
     engine.frame_data.cull = match settings.cull {
         Switch::On => 1,

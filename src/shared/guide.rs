@@ -59,7 +59,7 @@ shared_structs! {
     struct Importance {
         /// Of a light path that would have brought it.
         primary: PrimarySample,
-        /// What its photons would add to the pixel (nit).
+        /// What its photons would add to the pixel (nit); below 0 what caustic ones would.
         weight: f32,
     }
 

@@ -11,10 +11,49 @@ use crate::{Error, Result};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Emissive triangles, maybe in parts, in the order of the file, each with its place in `order`; then lights without
-/// area; then the environment. And the tree over all.
-pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode>)> {
+/// All lights.
+pub struct Lights {
+    /// Emissive triangles, maybe in parts, in the order of the file; then lights without area; then the environment.
+    pub lights: Vec<Light>,
+    pub tree: Vec<LightNode>,
+    pub names: LightNames,
+}
+
+/// What to call lights by, all triangles of a material as one.
+#[derive(Debug, Default)]
+pub struct LightNames {
+    names: Vec<String>,
+    /// The first number of each light (see [`Light::first_number`]), and its name's.
+    lights: Vec<(u32, u32)>,
+}
+
+impl LightNames {
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Of the light that a number chooses.
+    pub fn of_number(&self, number: u32) -> Option<usize> {
+        let after = self.lights.partition_point(|light| light.0 <= number);
+        let light = self.lights.get(after.checked_sub(1)?)?;
+        Some(light.1 as usize)
+    }
+
+    /// The next light has this name.
+    fn add(&mut self, name: String) {
+        let known = self.names.iter().rposition(|n| *n == name);
+        let index = known.unwrap_or_else(|| {
+            self.names.push(name);
+            self.names.len() - 1
+        });
+        self.lights.push((0, index as u32));
+    }
+}
+
+/// Of a scene whose triangles lie in this `order` on the device.
+pub fn lights(scene: &Scene, order: &[u32]) -> Result<Lights> {
     let mut lights = Vec::new();
+    let mut names = LightNames::default();
     let mut emitters = Vec::new();
     let mut fluxes = Vec::new();
     let mut budget = emission::Budget::new(scene);
@@ -51,6 +90,10 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode
                 intensity,
                 irradiance: 0.0,
             });
+            names.add(match material.name.as_str() {
+                "" => format!("emissive material {}", triangle.material),
+                name => format!("emissive {name}"),
+            });
             lights.push(Light {
                 kind: LIGHT_TRIANGLE,
                 triangle: place,
@@ -63,7 +106,7 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode
     }
     let (min, max) = scene.bounds();
     let (center, radius) = (0.5 * (min + max), 0.5 * (max - min).length());
-    for light in &scene.lights {
+    for (i, light) in scene.lights.iter().enumerate() {
         let (light, flux) = delta_light(light, radius);
         if flux.max_element() > 0.0 {
             fluxes.push(luminance(flux));
@@ -78,6 +121,12 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode
                     ..at(light.position_w.into())
                 },
             });
+            let kind = match light.kind {
+                LIGHT_POINT => "point",
+                LIGHT_SPOT => "spot",
+                _ => "directional",
+            };
+            names.add(format!("{kind} light {i}"));
             lights.push(light);
         }
     }
@@ -91,6 +140,7 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode
             irradiance: 0.25 * irradiation,
             ..at(center)
         });
+        names.add("environment".into());
         lights.push(Light {
             kind: LIGHT_ENVIRONMENT,
             ..Default::default()
@@ -100,6 +150,7 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode
         // Nothing needs light; a dark one spares all passes the case of none.
         fluxes.push(1.0);
         emitters.push(at(center));
+        names.add("no light".into());
         lights.push(Light {
             kind: LIGHT_POINT,
             ..Default::default()
@@ -117,8 +168,15 @@ pub fn lights(scene: &Scene, order: &[u32]) -> Result<(Vec<Light>, Vec<LightNode
     let floor = total * (1e-3 / fluxes.len() as f64).max(1e-9);
     fluxes.iter_mut().for_each(|flux| *flux = flux.max(floor));
     share_numbers(&mut lights, &fluxes);
+    for (name, light) in names.lights.iter_mut().zip(&lights) {
+        name.0 = light.first_number;
+    }
     let tree = light_tree::build(&emitters, &mut lights);
-    Ok((lights, tree))
+    Ok(Lights {
+        lights,
+        tree,
+        names,
+    })
 }
 
 /// Dark and without extent.
@@ -222,7 +280,8 @@ mod tests {
             path: "dark.glb".into(),
             ..Scene::default()
         };
-        let fault = lights(&scene, &[]).unwrap_err().to_string();
+        let fault = lights(&scene, &[]).err().map(|e| e.to_string());
+        let fault = fault.unwrap_or_default();
         assert!(
             fault.starts_with("dark.glb: nothing emits light"),
             "{fault}"
