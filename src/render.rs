@@ -15,7 +15,9 @@ use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
 use crate::scene::Scene;
 use crate::settings::{Direct, Evaluate, Settings};
-use crate::shared::{FEATURE_DIFFUSE, FEATURE_DIRECT_RAYS, FEATURE_LEDGER, Frame};
+use crate::shared::{
+    FEATURE_DIFFUSE, FEATURE_DIRECT_RAYS, FEATURE_LEDGER, FEATURE_SPECULAR, FilmPixel, Frame,
+};
 use crate::technique::{Row, Technique};
 use crate::view::{View, camera_frame};
 use crate::world::{World, check_size, features};
@@ -23,7 +25,7 @@ use crate::{Error, Result};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-pub use accuracy::{Accuracy, next_look};
+pub use accuracy::{Accuracy, Unknown, next_look};
 pub use choices::auto_trace;
 pub use engine::Engine;
 pub use radius::shrink;
@@ -47,6 +49,9 @@ pub struct Radii {
 /// What became of the light paths, over all iterations: names and counts. Paths: emitted = absorbed
 /// + escaped + terminated + too long. Photons: met a diffuse surface = stored + culled + rejected.
 pub type Ledger = Vec<(&'static str, u64)>;
+
+/// Where photons of a map reached fewer pixels than this, as there should be some, nothing is known of them.
+const LEAST_LIT: usize = 16;
 
 /// A render under way.
 pub struct Renderer {
@@ -162,10 +167,10 @@ impl Renderer {
     /// # Errors
     /// The picture is of another scene or other settings, or lacks the layers to go on from.
     pub fn resume(&mut self, picture: &Picture) -> Result<()> {
-        let refuse = |fault: String| Err(Error::image(Path::new("--resume"), fault));
+        let refuse = |fault: String| Error::image(Path::new("--resume"), fault);
         let saved = &picture.metadata;
         if saved.scene_hash != self.scene_hash {
-            return refuse("the image was rendered from another scene".into());
+            return Err(refuse("the image was rendered from another scene".into()));
         }
         let line = |settings: &str, seed| format!("seed {seed} {settings}");
         let [before, now] = [
@@ -174,13 +179,19 @@ impl Renderer {
         ];
         if before != now {
             let differences = differences(&before, &now);
-            return refuse(format!(
+            return Err(refuse(format!(
                 "the image was rendered with other settings: {differences}"
-            ));
+            )));
         }
-        self.engine
-            .film
-            .restore(&self.engine.gpu, &picture.layers)?;
+        let engine = &mut self.engine;
+        // Learned anew it could differ in a bit, on another device.
+        engine.guide = match saved.guide.as_str() {
+            "" => Guide::none(&engine.gpu, &engine.world)?,
+            text => Guide::from_text(&engine.gpu, &engine.world, text)
+                .ok_or_else(|| refuse("its lightfall.guide is damaged".into()))??,
+        };
+        engine.forget_ahead();
+        engine.film.restore(&engine.gpu, &picture.layers)?;
         self.technique.restore(&self.engine, &picture.layers)?;
         self.iterations = saved.iterations;
         self.seconds_before = saved.seconds;
@@ -237,7 +248,33 @@ impl Renderer {
     /// How far the picture is thought to be from the truth.
     pub fn accuracy(&self) -> Result<Accuracy> {
         let pixels = self.engine.film.pixels(&self.engine.gpu)?;
-        Ok(accuracy(&pixels, self.engine.view.size[0], self.iterations))
+        let known = accuracy(&pixels, self.engine.view.size[0], self.iterations);
+        Ok(Accuracy {
+            unknown: self.unknown(&pixels),
+            ..known
+        })
+    }
+
+    /// Light that the picture should have, of which too little was found to know how much it varies.
+    fn unknown(&self, pixels: &[FilmPixel]) -> Option<Unknown> {
+        if self.engine.frame_data.paths == 0 {
+            return None;
+        }
+        let [caustic, global] = self.engine.lesson.light;
+        let found = |layer: fn(&FilmPixel) -> [f32; 3]| {
+            let lit = pixels.iter().filter(|p| layer(p) != [0.0; 3]);
+            lit.count()
+        };
+        let features = self.engine.world.features;
+        if caustic && features & FEATURE_SPECULAR != 0 && found(|p| p.caustic) < LEAST_LIT {
+            return Some(Unknown::Caustics);
+        }
+        (global && found(|p| p.global) < LEAST_LIT).then_some(Unknown::Indirect)
+    }
+
+    /// How light paths were guided.
+    pub fn lesson(&self) -> &Lesson {
+        &self.engine.lesson
     }
 
     /// All layers so far.
@@ -264,6 +301,7 @@ impl Renderer {
                 ),
                 version: env!("CARGO_PKG_VERSION").into(),
                 seconds: self.seconds_before + self.busy.as_secs_f64(),
+                guide: self.engine.guide.to_text().unwrap_or_default(),
             },
         })
     }

@@ -2,7 +2,7 @@
 
 use crate::{
     Result,
-    render::{Accuracy, Renderer, next_look},
+    render::{Accuracy, Renderer, Unknown, next_look},
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -63,6 +63,7 @@ impl Status {
             "error_95": self.accuracy.error_95,
             "noise": self.accuracy.noise,
             "bias": self.accuracy.bias,
+            "unknown": self.accuracy.unknown.map(Unknown::text),
             "radius_global": self.radius_global,
             "radius_caustic": self.radius_caustic,
         })
@@ -70,15 +71,25 @@ impl Status {
 
     pub fn text(&self) -> String {
         format!(
-            "{} iterations, {:.2} M photons/s, error {:.2} % (noise {:.2} %, bias {:.2} %), radius {:.3e} m, caustic {:.3e} m",
+            "{} iterations, {:.2} M photons/s, error {}, radius {:.3e} m, caustic {:.3e} m",
             self.iterations,
             self.photons_per_second() * 1e-6,
-            self.accuracy.error * 100.0,
-            self.accuracy.noise * 100.0,
-            self.accuracy.bias * 100.0,
+            error_text(&self.accuracy),
             self.radius_global,
             self.radius_caustic,
         )
+    }
+}
+
+fn error_text(accuracy: &Accuracy) -> String {
+    match accuracy.unknown {
+        Some(unknown) => unknown.text().into(),
+        None => format!(
+            "{:.2} % (noise {:.2} %, bias {:.2} %)",
+            accuracy.error * 100.0,
+            accuracy.noise * 100.0,
+            accuracy.bias * 100.0
+        ),
     }
 }
 
@@ -148,7 +159,11 @@ impl Progress {
     pub fn update(&mut self, renderer: &Renderer) -> Result<()> {
         if self.limit.error.is_some() && renderer.iterations() >= self.next_look {
             self.next_look = next_look(renderer.iterations());
-            self.error_95 = renderer.accuracy()?.error_95;
+            let accuracy = renderer.accuracy()?;
+            self.error_95 = match accuracy.unknown {
+                Some(_) => f64::INFINITY,
+                None => accuracy.error_95,
+            };
         }
         let elapsed = self.start.elapsed();
         if elapsed < self.next || (self.bar.is_none() && !self.json) {

@@ -7,6 +7,7 @@ use super::{
 use crate::{
     Error, Result,
     gpu::{Commands, Gpu, OpenOptions},
+    guide::Lesson,
     image::{check_output, read_picture, write},
     render::Renderer,
     scene::{self, Scene},
@@ -186,17 +187,25 @@ fn report(
     };
     say(args, &format!("{verb} {seconds:.1} s: {}", status.text()));
     if let Some(target) = target {
-        let bound = 100.0 * status.accuracy.error_95;
-        let is = if status.accuracy.error_95 <= target {
+        let is = if status.accuracy.reaches(target) {
             "reached"
         } else {
             "not reached"
         };
-        let target = 100.0 * target;
+        let bound = match status.accuracy.unknown {
+            Some(unknown) => format!("error {}", unknown.text()),
+            None => format!(
+                "error below {:.2} % with 95 % confidence",
+                100.0 * status.accuracy.error_95
+            ),
+        };
         say(
             args,
-            &format!("target of {target} % {is}: error below {bound:.2} % with 95 % confidence"),
+            &format!("target of {} % {is}: {bound}", 100.0 * target),
         );
+    }
+    if args.timings || args.settings.ledger {
+        say_guide(args, renderer.lesson());
     }
     if args.timings {
         say(
@@ -235,6 +244,48 @@ fn report(
             end["ledger"] = Value::Object(Map::from_iter(pairs));
         }
         print_json(&end);
+    }
+}
+
+/// Lights that are listed at most.
+const MOST_LIGHTS: usize = 16;
+
+/// What the pilot found of where light paths should begin, and what it made of that.
+fn say_guide(args: &RenderArgs, lesson: &Lesson) {
+    let percent = |share: f32| format!("{:.3} %", 100.0 * share);
+    if lesson.cells == 0 {
+        let before = percent(lesson.useful[0]);
+        let line = format!("guide off: {before} of light paths leave a photon where the eye looks");
+        return say(args, &line);
+    }
+    let on = if lesson.on { "on" } else { "off" };
+    say(
+        args,
+        &format!(
+            "guide {on}: without it the variance is {:.3} times as high; {} cells, {:.1} kB, learned in {:.2} s",
+            lesson.gain,
+            lesson.cells,
+            lesson.bytes as f64 * 1e-3,
+            lesson.seconds.as_secs_f64()
+        ),
+    );
+    let row = |name: &str, without: &str, with: &str| {
+        say(args, &format!("{name:42} {without:>15} {with:>8}"));
+    };
+    row(
+        "paths that leave a photon where it matters",
+        "without",
+        "with",
+    );
+    let mut lights: Vec<_> = lesson.lights.iter().collect();
+    lights.sort_by(|(_, a), (_, b)| b[1].total_cmp(&a[1]));
+    let all = ("all lights".to_string(), lesson.useful);
+    for (name, shares) in std::iter::once(&all).chain(lights.into_iter().take(MOST_LIGHTS)) {
+        let [without, with] = shares.map(percent);
+        row(&format!("  {name}"), &without, &with);
+    }
+    if let more @ 1.. = lesson.lights.len().saturating_sub(MOST_LIGHTS) {
+        say(args, &format!("  and {more} lights more"));
     }
 }
 

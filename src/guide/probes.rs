@@ -51,7 +51,9 @@ impl Probes {
     /// Photons of a map within `radius` (m) of the median sample, among those that find any.
     pub fn median_found(&self, photons: &[Photon], map: u32, radius: f32) -> Option<f32> {
         let near = Near::new(photons.iter().filter(|p| p.number >> 31 == map), radius);
-        let found = self.some().map(|i| near.at(&self.samples[i]).count() as f32);
+        let found = self
+            .some()
+            .map(|i| near.at(&self.samples[i]).count() as f32);
         median(&mut found.filter(|&n| n > 0.0).collect::<Vec<_>>())
     }
 

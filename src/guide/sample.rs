@@ -91,7 +91,9 @@ pub fn from_light(engine: &Engine, brought: &[Brought]) -> Result<Vec<Sample>> {
         *square += b.relative * b.relative * b.density;
     }
     let paths: Vec<u32> = of_paths.keys().copied().collect();
-    let samples = primaries(engine, &paths)?.into_iter().zip(of_paths.values());
+    let samples = primaries(engine, &paths)?
+        .into_iter()
+        .zip(of_paths.values());
     let samples = samples.map(|(at, &(weight, square))| Sample { at, weight, square });
     Ok(bounded(samples.collect()))
 }

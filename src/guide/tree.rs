@@ -403,7 +403,9 @@ mod tests {
     fn random(seed: u32) -> impl Iterator<Item = u32> {
         let mut state = u64::from(seed) << 32 | 1;
         std::iter::repeat_with(move || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
             (state >> 32) as u32
         })
     }
@@ -431,7 +433,13 @@ mod tests {
     #[test]
     fn cells_fill_the_whole_and_share_all_paths() {
         let tree = Tree::learn(&mut needle(4000));
-        let size = |size: u32| if size == 0 { 1.0 } else { f64::from(size) / WHOLE as f64 };
+        let size = |size: u32| {
+            if size == 0 {
+                1.0
+            } else {
+                f64::from(size) / WHOLE as f64
+            }
+        };
         let volume = |c: &GuideCell| {
             let sizes = [c.size_place, c.size_way, c.size_bounce].concat();
             size(c.size_light) * sizes.into_iter().map(size).product::<f64>()
@@ -477,7 +485,15 @@ mod tests {
             let rare = i % 101 == 0;
             let half = if rare { 1 << 31 } else { 0 };
             Sample {
-                at: [next(), next(), next(), half + next() / 2, next(), next(), next()],
+                at: [
+                    next(),
+                    next(),
+                    next(),
+                    half + next() / 2,
+                    next(),
+                    next(),
+                    next(),
+                ],
                 weight: if rare { 100.0 } else { 1.0 },
                 square: if rare { 1e4 } else { 1.0 },
             }

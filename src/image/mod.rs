@@ -75,6 +75,8 @@ pub struct Metadata {
     pub version: String,
     /// Time (s) spent on all iterations.
     pub seconds: f64,
+    /// Where light paths began (see [`crate::guide::Guide::to_text`]); empty: as without a guide.
+    pub guide: String,
 }
 
 impl Metadata {
@@ -92,6 +94,7 @@ impl Metadata {
             ("lightfall.device", self.device.clone()),
             ("lightfall.version", self.version.clone()),
             ("lightfall.seconds", self.seconds.to_string()),
+            ("lightfall.guide", self.guide.clone()),
         ]
     }
 
@@ -117,6 +120,8 @@ impl Metadata {
             device: text("lightfall.device")?,
             version: text("lightfall.version")?,
             seconds: parse("lightfall.seconds", get("lightfall.seconds"))?,
+            // Older versions had none.
+            guide: get("lightfall.guide").unwrap_or_default(),
         })
     }
 }

@@ -39,6 +39,34 @@ pub struct Accuracy {
     pub error_95: f64,
     pub noise: f64,
     pub bias: f64,
+    /// What these numbers say nothing of.
+    pub unknown: Option<Unknown>,
+}
+
+/// Light that is there, of which too little was found to know how much it varies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unknown {
+    Caustics,
+    Indirect,
+}
+
+impl Unknown {
+    /// As messages have it.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Caustics => {
+                "unknown: specular surfaces are lit, and hardly a photon of them is found"
+            }
+            Self::Indirect => "unknown: surfaces are lit, and hardly a photon from them is found",
+        }
+    }
+}
+
+impl Accuracy {
+    /// The error is known, and below this with a confidence of 95 %.
+    pub fn reaches(&self, target: f64) -> bool {
+        self.unknown.is_none() && self.error_95 <= target
+    }
 }
 
 /// Iterations at which to look at the error again, for who waits for it to fall below a limit: first after 16, since fewer
@@ -61,6 +89,7 @@ pub fn accuracy(pixels: &[FilmPixel], width: u32, iterations: u64) -> Accuracy {
             error_95: 1.0,
             noise: 1.0,
             bias: 0.0,
+            unknown: None,
         };
     }
     let of_mean = 1.0 / (iterations - 1) as f64;
@@ -100,6 +129,7 @@ pub fn accuracy(pixels: &[FilmPixel], width: u32, iterations: u64) -> Accuracy {
         error_95: (error2 + SIGMAS * variance.sqrt() / n).sqrt(),
         noise: noise2.sqrt(),
         bias: bias2.sqrt(),
+        unknown: None,
     }
 }
 

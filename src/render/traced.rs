@@ -135,6 +135,11 @@ impl Engine {
         Ok(())
     }
 
+    /// Paths that are under way begin where they should not.
+    pub(super) fn forget_ahead(&mut self) {
+        self.turns.ahead.clear();
+    }
+
     fn start_paths(&self, iteration: u64) -> Result<Tracing> {
         let traced = &self.turns.sets[iteration as usize % self.turns.sets.len()];
         let frame = Frame {

@@ -5,7 +5,7 @@ use lightfall::gpu::{Gpu, OpenOptions};
 use lightfall::image::Picture;
 use lightfall::render::Renderer;
 use lightfall::scene::{Projection, Scene};
-use lightfall::settings::{Direct, Length, Settings, Trace};
+use lightfall::settings::{Direct, Length, Settings, Switch, Trace};
 use lightfall::technique::{Row, TECHNIQUES};
 use std::ops::Deref;
 
@@ -78,7 +78,7 @@ pub fn techniques(device: &Device) -> Vec<(&'static Row, Trace)> {
 }
 
 /// Square images of `edge` pixels, `photons` light paths an iteration, one radius [m] for both maps;
-/// direct light by photons.
+/// direct light by photons, which begin without a guide.
 pub fn settings(edge: u32, photons: u32, radius: f32) -> Settings {
     Settings {
         size: Some([edge; 2]),
@@ -87,6 +87,7 @@ pub fn settings(edge: u32, photons: u32, radius: f32) -> Settings {
         caustic_radius: Some(Length::World(radius)),
         technique: "rtpm".into(),
         direct: Direct::Photons,
+        guide: Switch::Off,
         ..Settings::default()
     }
 }
@@ -292,6 +293,11 @@ pub fn check_by(
         let settings = Settings {
             trace,
             technique: row.name.into(),
+            // One of them by guided photons.
+            guide: match row.name {
+                "hash-grid" => Switch::On,
+                _ => settings.guide,
+            },
             ..settings.clone()
         };
         let iterations = match row.photons {

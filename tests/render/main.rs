@@ -10,6 +10,7 @@ mod convergence;
 mod environment;
 mod estimators;
 mod furnace;
+mod guide;
 mod instances;
 mod khronos;
 mod lamps;
