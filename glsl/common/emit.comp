@@ -57,6 +57,14 @@ struct LightPath {
     bool specular_only;
 };
 
+// A ray that passes what matters begins beside it, unless something is in the way from the light to there.
+void begin_nearby(World world, Guide guide, uvec2 chance, inout Emission e) {
+    float beside = distance(e.passes_w, guide.center_w), near = 4.0 * guide.reach;
+    if (beside > near) return;
+    vec3 begin_w = e.passes_w - (near + beside) * e.direction_w;
+    if (!occluded(world, begin_w, -e.direction_w, 0.9999 * distance(e.origin_w, begin_w), false, chance)) e.origin_w = begin_w;
+}
+
 // All but the beginning of a path is random (see guide.glsl).
 LightPath begin(World world, Frame frame, uint index) {
     uvec2 number = number_of_path(frame, index);
@@ -65,6 +73,7 @@ LightPath begin(World world, Frame frame, uint index) {
     float density = guide_sample(guide, primary);
     Emission e = emit_photon(world, guide, primary);
     e.flux /= density * float(frame.paths);
+    if (e.from_afar) begin_nearby(world, guide, number + uvec2(0u, 4u), e);
     Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
     return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), unit_floats(uvec4(primary.bounce, 0u, 0u)).xy, number + uvec2(0u, 3u), average(e.flux), density, 1u, 0u, true);
 }

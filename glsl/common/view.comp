@@ -66,6 +66,7 @@ void main() {
             result.normal_g = pack_direction(s.normal_g);
             result.fresnel = packHalf2x16(vec2(max_component(s.f0), s.f90));
             result.depth = path.edges;
+            result.offset = s.offset;
             find_edges(world, hit, s, result);
             result.footprint = pixel_footprint(frame, path.length_w);
             // Towards lights that are easier to hit than to sample.

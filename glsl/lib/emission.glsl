@@ -17,7 +17,13 @@ struct Emission {
     vec3 origin_w;
     vec3 direction_w;
     vec3 flux;
+    // Where the ray passes the guide's center, from so far away that its origin and direction do not tell.
+    vec3 passes_w;
+    bool from_afar;
 };
+
+// From so many times the extent of what matters, the rounding of a ray's origin and direction would show there.
+const float AFAR = 1e4;
 
 // In [-1, 1), 0 in the middle.
 vec2 from_middle(uvec2 x) { return vec2(ivec2(x ^ 0x80000000u)) * 4.656612873077393e-10; }
@@ -98,9 +104,21 @@ bool is_far(Guide guide, vec3 corner_w) {
     return dot(d, d) > square(2.0 * guide.reach);
 }
 
+// From a light at a distance, about the direction to the guide's center.
+void aim(Guide guide, vec2 disc, inout Emission e) {
+    vec3 d = sphere_from_disc(disc), to_center = guide.center_w - e.origin_w;
+    float distance_w = length(to_center);
+    mat3 frame = frame_of(to_center / distance_w);
+    e.direction_w = frame * d;
+    // Without the difference of two long ways.
+    e.passes_w = guide.center_w + distance_w * (frame * vec3(d.xy, -2.0 * dot(disc, disc)));
+    e.from_afar = distance_w > AFAR * guide.reach;
+}
+
 Emission emit_photon(World world, Guide guide, Primary primary) {
     Light light = load_Light(world.lights, light_of_number(world, primary.light));
     Emission e;
+    e.from_afar = false;
     float share = 1.0 / light.probability;
     if (HAS_AREA_LIGHTS && light.kind == LIGHT_TRIANGLE) {
         vec2 bary = sample_part(light, from_unit(primary.place));
@@ -110,7 +128,7 @@ Emission emit_photon(World world, Guide guide, Primary primary) {
         vec2 disc = disc_from_square(primary.way);
         float solid_angle = PI;
         if (is_far(guide, p.p0)) {
-            e.direction_w = frame_of(normalize(guide.center_w - e.origin_w)) * sphere_from_disc(disc);
+            aim(guide, disc, e);
             solid_angle = 4.0 * PI * max(dot(e.direction_w, n), 0.0);
         } else {
             e.direction_w = frame_of(n) * vec3(disc, sqrt(max(0.0, 1.0 - dot(disc, disc))));
@@ -118,7 +136,7 @@ Emission emit_photon(World world, Guide guide, Primary primary) {
         e.flux = emission_at(world, light.triangle, bary) * (solid_angle * part_area(light, p) * share);
     } else if (light.kind == LIGHT_POINT) {
         e.origin_w = light.position_w;
-        e.direction_w = frame_of(normalize(guide.center_w - light.position_w)) * sphere_from_disc(disc_from_square(primary.way));
+        aim(guide, disc_from_square(primary.way), e);
         e.flux = light.intensity * (4.0 * PI * share);
     } else if (light.kind == LIGHT_SPOT) {
         SpotCone cone = spot_cone(light);
@@ -138,8 +156,10 @@ Emission emit_photon(World world, Guide guide, Primary primary) {
             e.direction_w = -towards;
             irradiance = l.radiance / l.pdf_solid_angle;
         }
-        vec2 disc = disc_from_square(primary.way);
-        e.origin_w = guide.center_w + guide.radius * (frame_of(e.direction_w) * vec3(disc, -1.0));
+        mat3 frame = frame_of(e.direction_w);
+        e.passes_w = guide.center_w + guide.radius * (frame * vec3(disc_from_square(primary.way), 0.0));
+        e.from_afar = guide.radius > AFAR * guide.reach;
+        e.origin_w = e.passes_w - guide.radius * e.direction_w;
         e.flux = irradiance * (PI * guide.radius * guide.radius * share);
     }
     return e;

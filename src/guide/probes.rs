@@ -19,6 +19,8 @@ pub struct Probes {
     others: Vec<f32>,
     /// Width (m) that a pixel has at the median sample.
     pub footprint: Option<f32>,
+    /// Lengths (m) below this are lost in the rounding of positions at the median sample.
+    pub resolution: Option<f32>,
 }
 
 impl Probes {
@@ -36,8 +38,10 @@ impl Probes {
         others.retain(|_| there.next() == Some(true));
         samples.retain(|s| s.weight != [0.0; 3]);
         let mut footprints: Vec<f32> = samples.iter().map(|s| s.footprint).collect();
+        let mut offsets: Vec<f32> = samples.iter().map(|s| s.offset).collect();
         Ok(Self {
             footprint: median(&mut footprints),
+            resolution: median(&mut offsets),
             samples,
             others,
         })
@@ -178,6 +182,7 @@ mod tests {
                 samples: at.iter().map(|&x| sample(x)).collect(),
                 others: vec![0.0; at.len()],
                 footprint: None,
+                resolution: None,
             };
             probes.median_found(&photons, 0, 0.1)
         };

@@ -55,7 +55,7 @@ mod tests {
     fn a_tree_comes_back_as_it_was() {
         let at = |i: u32| {
             let x = i.wrapping_mul(0x9e37_79b9);
-            [x >> 4, x, 7 << 20, i << 8, x >> 9, x, !x]
+            [x >> (i % 20), x, 7 << 20, i << 8, x >> 9, x, !x]
         };
         let sample = |i| Sample {
             at: at(i),

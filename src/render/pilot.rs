@@ -42,7 +42,9 @@ fn first_radii(
     photons: &[Photon],
 ) -> Result<()> {
     let pixel = probes.footprint.unwrap_or(engine.world.radius() * 1e-3);
-    let least = engine.world.resolution();
+    let least = probes
+        .resolution
+        .unwrap_or_else(|| engine.world.resolution());
     let wishes = [
         ("--caustic-radius", settings.caustic_radius),
         ("--radius", settings.radius),
@@ -71,7 +73,7 @@ fn at_least(least: f32, radius: f32, option: &'static str) -> Result<f32> {
     Err(Error::Option {
         option,
         fault: format!(
-            "{radius:e} m is below the {least:e} m to which the positions of this scene are known"
+            "{radius:e} m is below the {least:e} m to which the positions seen here are known"
         ),
     })
 }

@@ -51,7 +51,8 @@ shared_structs! {
         /// direction from the edge to here.
         edge_distance: [f32; 2],
         edge_normal: [u32; 2],
-        unused: u32,
+        /// How far rays start above the surface (m): below that positions are not told apart.
+        offset: f32,
     }
 
     /// A photon as emission leaves it. Its power and a box (24 bytes) take 40 (Kern et al. 2023, table 2).

@@ -20,6 +20,11 @@ pub fn measure(device: &Device, scene: &Scene, settings: &Settings) -> Vec<Estim
 
 /// Block means of both maps in two renders with different seeds, against their standard errors together.
 pub fn assert_same_expectation(what: &str, a: &[Estimate], b: &[Estimate]) {
+    assert_same_within(0.03, what, a, b);
+}
+
+/// Likewise, with a relative standard error of the means of at most so much.
+pub fn assert_same_within(most_noise: f64, what: &str, a: &[Estimate], b: &[Estimate]) {
     for (block, (a, b)) in a.iter().zip(b).enumerate() {
         let sigma = a.error.hypot(b.error);
         assert!(
@@ -30,7 +35,7 @@ pub fn assert_same_expectation(what: &str, a: &[Estimate], b: &[Estimate]) {
     for map in [0, a.len() / 2] {
         let noise = a[map].error.hypot(b[map].error) / b[map].mean;
         println!("{what}: {:.5} ± {noise:.5}", a[map].mean / b[map].mean);
-        assert!(noise < 0.03, "{what}: too noisy to tell: {noise}");
+        assert!(noise < most_noise, "{what}: too noisy to tell: {noise}");
     }
 }
 

@@ -3,7 +3,7 @@
 
 use crate::check::{Device, SIGMAS, assert_traversals_agree, layer, settings};
 use crate::environment::{map, uniform};
-use crate::estimators::{assert_same_expectation, measure};
+use crate::estimators::{assert_same_within, measure};
 use crate::shapes::*;
 use crate::showroom::showroom;
 use glam::{Vec3, vec3};
@@ -96,7 +96,7 @@ fn guided_means_are_unguided_means() {
         ("sky", with(&|s| s.set_environment(map([8, 4], sky)))),
         ("even sky", with(&|s| s.set_environment(uniform(Vec3::ONE)))),
         ("near lamp", with(&|s| square_sun(s, 0.6, 0.1, 50.0))),
-        ("far lamp", with(&|s| square_sun(s, 12.0, 1.0, 50.0))),
+        ("far lamp", with(&|s| square_sun(s, 3.0, 0.3, 50.0))),
         (
             "point and spot",
             with(&|s| {
@@ -123,11 +123,11 @@ fn guided_means_are_unguided_means() {
                 seed,
                 direct,
                 trace: Trace::Software,
-                ..settings(32, 60_000, 0.1)
+                ..settings(32, 100_000, 0.1)
             };
             let truth = measure(&device, &scene, &settings(Switch::Off, 1));
             let found = measure(&device, &scene, &settings(Switch::On, 2));
-            assert_same_expectation(&format!("{what}, {direct:?}"), &found, &truth);
+            assert_same_within(0.05, &format!("{what}, {direct:?}"), &found, &truth);
         }
     }
 }
@@ -135,15 +135,48 @@ fn guided_means_are_unguided_means() {
 #[test]
 fn guided_photons_are_the_same_in_all_traversals() {
     let device = Device::open();
-    let mut outdoors = corner(100.0, 30.0);
-    sun(&mut outdoors, 100.0);
-    outdoors.set_environment(map([8, 4], |x, y| vec3(x as f32, 1.0, y as f32)));
-    for (what, scene) in [("showroom", &showroom(&device)), ("outdoors", &outdoors)] {
+    let settings = Settings {
+        direct: Direct::Rays,
+        ..guided(32, 20_000, 0.05)
+    };
+    let maps = ["caustic", "global"];
+    assert_traversals_agree(&device, &showroom(&device), &settings, "showroom", &maps);
+}
+
+/// Of hundreds of thousands of rays over a wide ground, traversals see one or two otherwise, and learn a little otherwise;
+/// by the same guide they make the same photons.
+#[test]
+fn a_saved_guide_makes_the_same_photons_in_all_traversals() {
+    let device = Device::open();
+    let mut scene = corner(100.0, 30.0);
+    sun(&mut scene, 100.0);
+    scene.set_environment(map([8, 4], |x, y| vec3(x as f32, 1.0, y as f32)));
+    let renderer = |trace| {
         let settings = Settings {
+            trace,
+            cull: Switch::Off,
             direct: Direct::Rays,
             ..guided(32, 20_000, 0.05)
         };
-        assert_traversals_agree(&device, scene, &settings, what, &["caustic", "global"]);
+        Renderer::new(&device, &scene, &settings).unwrap()
+    };
+    let mut software = renderer(Trace::Software);
+    let learned = software.picture().unwrap();
+    software.iterate().unwrap();
+    let truth = software.picture().unwrap();
+    for trace in device.traversals().into_iter().skip(1) {
+        let mut other = renderer(trace);
+        other.resume(&learned).unwrap();
+        other.iterate().unwrap();
+        let picture = other.picture().unwrap();
+        for name in ["caustic", "global"] {
+            let [a, b] = [&truth, &picture].map(|p| layer(p, name));
+            assert!(a.iter().any(|x| *x != 0.0), "{name}");
+            let differs = |(a, b): &(&f32, &f32)| (*a - *b).abs() > 1e-4 * a.abs();
+            let count = a.iter().zip(b).filter(differs).count();
+            println!("{trace:?}, {name}: {count} of {} values differ", a.len());
+            assert!(count < a.len() / 50, "{trace:?}, {name}: {count}");
+        }
     }
 }
 
@@ -181,7 +214,7 @@ fn far_surroundings_cost_nothing() {
         trace: Trace::Software,
         ledger: true,
         cull: Switch::On,
-        ..settings(48, 40_000, 0.02)
+        ..settings(48, 100_000, 0.05)
     };
     let sunny = |mut scene: Scene| {
         sun(&mut scene, 100.0);
@@ -206,7 +239,7 @@ fn far_surroundings_cost_nothing() {
                 sunny(corner(1e3, 500.0)),
             ],
         ),
-        ("far lamp", lit(20.0), vec![lit(2e3), lit(2e4)]),
+        ("far lamp", lit(20.0), vec![lit(2e3), lit(2e5)]),
         (
             "sky",
             skies(corner(20.0, 0.0)),
@@ -224,7 +257,7 @@ fn far_surroundings_cost_nothing() {
             );
             let sigma = found.1.hypot(truth.1);
             assert!((found.0 - truth.0).abs() <= SIGMAS * sigma, "{what} {i}");
-            assert!(sigma < 0.05 * truth.0, "{what} {i}: too noisy to tell");
+            assert!(sigma < 0.1 * truth.0, "{what} {i}: too noisy to tell");
             assert!((0.8..1.25).contains(&photons), "{what} {i}");
         }
     }
