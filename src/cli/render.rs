@@ -22,7 +22,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
     }
     let resumed = args.resume.as_deref().map(read_picture).transpose()?;
     let environment = args.environment.load()?;
-    let mut scene = scene::load(&args.scene)?;
+    let mut scene = scene::load_with(&args.scene, &args.load.options())?;
     if let Some(environment) = environment {
         scene.set_environment(environment);
     }

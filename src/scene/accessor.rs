@@ -5,6 +5,7 @@ use gltf::json::validation::USize64;
 use gltf::json::{self, Index, buffer};
 
 use super::asset::{Asset, Checked, get, to_usize, valid};
+use super::warnings::Warnings;
 
 /// Elements of an accessor without data: they cost the file nothing, so its size is no bound.
 const MAX_ZEROS: usize = 1 << 20;
@@ -16,18 +17,26 @@ struct Strided<'a> {
 }
 
 impl<'a> Strided<'a> {
-    /// `count` elements of `size` bytes from `offset` in a bufferView, for the object at `path`.
+    /// `count` elements of `size` bytes, with components of `align`, from `offset` in a bufferView,
+    /// for the object at `path`.
     fn new(
         asset: &Asset<'a>,
         path: &str,
         (view, offset): (Index<buffer::View>, USize64),
         count: usize,
-        size: usize,
-        align: usize,
+        (size, align): (usize, usize),
+        warnings: &mut Warnings,
     ) -> Checked<Self> {
-        let (json, bytes) = asset.view(view, path)?;
-        let stride = json.byte_stride.map_or(size, |stride| stride.0);
-        if stride < size || stride > 252.max(size) {
+        let (json, bytes) = asset.view(view, path, warnings)?;
+        let stride = match json.byte_stride.map_or(size, |stride| stride.0) {
+            0 => {
+                let what = "byteStride is 0: its elements are taken to be packed";
+                warnings.breach(format_args!("/bufferViews/{view}"), what);
+                size
+            }
+            stride => stride,
+        };
+        if stride < size {
             return Err(format!(
                 "/bufferViews/{view}: byteStride {stride} for elements of {size}"
             ));
@@ -37,7 +46,8 @@ impl<'a> Strided<'a> {
             to_usize(json.byte_offset.unwrap_or_default()),
         );
         if offset % align != 0 || start.wrapping_add(offset) % align != 0 || stride % align != 0 {
-            return Err(format!("{path}: not aligned to its components of {align}"));
+            let what = format_args!("not aligned to its components of {align} bytes");
+            warnings.breach(path, what);
         }
         let length = match count {
             0 => Some(0),
@@ -79,7 +89,12 @@ struct Sparse<'a> {
 
 impl<'a> Accessor<'a> {
     /// Opens the accessor that stands at `holder`.
-    pub fn open(asset: &Asset<'a>, index: Index<json::Accessor>, holder: &str) -> Checked<Self> {
+    pub fn open(
+        asset: &Asset<'a>,
+        index: Index<json::Accessor>,
+        holder: &str,
+        warnings: &mut Warnings,
+    ) -> Checked<Self> {
         let json = get(asset.root, index, holder)?;
         let path = format!("/accessors/{index}");
         let count = to_usize(json.count);
@@ -88,12 +103,12 @@ impl<'a> Accessor<'a> {
         if matches!(kind, Type::Mat2 | Type::Mat3 | Type::Mat4) {
             return Err(format!("{path}/type: a matrix is no vertex data"));
         }
-        let (components, align) = (kind.multiplicity(), component.size());
-        let size = align * components;
+        let components = kind.multiplicity();
+        let size = (component.size() * components, component.size());
         let dense = match json.buffer_view {
             Some(view) => {
                 let place = (view, json.byte_offset.unwrap_or_default());
-                Some(Strided::new(asset, &path, place, count, size, align)?)
+                Some(Strided::new(asset, &path, place, count, size, warnings)?)
             }
             None if count > MAX_ZEROS => {
                 return Err(format!(
@@ -105,7 +120,7 @@ impl<'a> Accessor<'a> {
         let sparse = match &json.sparse {
             Some(sparse) => {
                 let path = format!("{path}/sparse");
-                Some(Sparse::open(asset, sparse, &path, count, size, align)?)
+                Some(Sparse::open(asset, sparse, &path, count, size, warnings)?)
             }
             None => None,
         };
@@ -167,17 +182,19 @@ impl<'a> Sparse<'a> {
         json: &sparse::Sparse,
         path: &str,
         elements: usize,
-        size: usize,
-        align: usize,
+        size: (usize, usize),
+        warnings: &mut Warnings,
     ) -> Checked<Self> {
         let count = to_usize(json.count);
         let at = format!("{path}/indices");
         let kind = json.indices.component_type;
         let index = valid(kind, format_args!("{at}/componentType"))?.0;
         let place = (json.indices.buffer_view, json.indices.byte_offset);
-        let indices = Strided::new(asset, &at, place, count, index.size(), index.size())?;
+        let size_of_index = (index.size(), index.size());
+        let indices = Strided::new(asset, &at, place, count, size_of_index, warnings)?;
         let place = (json.values.buffer_view, json.values.byte_offset);
-        let values = Strided::new(asset, &format!("{path}/values"), place, count, size, align)?;
+        let values = format!("{path}/values");
+        let values = Strided::new(asset, &values, place, count, size, warnings)?;
         asset.charge(count as u64, path)?;
         let sparse = Self {
             count,

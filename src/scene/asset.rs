@@ -15,6 +15,9 @@ use gltf::json::validation::{self, USize64};
 use gltf::json::{Buffer, Index, Root, Value, buffer};
 use serde_path_to_error::Segment;
 
+use super::uri::shown;
+use super::warnings::Warnings;
+
 /// A checked read: the fault is a sentence that begins with a JSON path.
 pub(super) type Checked<T> = Result<T, String>;
 
@@ -47,7 +50,8 @@ pub(super) fn typed(mut json: Value) -> Checked<Root> {
             })
             .collect();
         let path = if path.is_empty() { "/" } else { &path };
-        format!("{path}: {}", error.inner())
+        // It quotes what it did not expect, which can be a data URI.
+        format!("{path}: {}", shown(&error.inner().to_string()))
     })
 }
 
@@ -111,22 +115,23 @@ impl<'a> Asset<'a> {
         &self,
         index: Index<buffer::View>,
         path: &str,
+        warnings: &mut Warnings,
     ) -> Checked<(&'a buffer::View, &'a [u8])> {
         let view = get(self.root, index, format_args!("{path}/bufferView"))?;
         let path = format!("/bufferViews/{index}");
         let buffer: &Buffer = get(self.root, view.buffer, format_args!("{path}/buffer"))?;
         let bytes = self.buffers.get(view.buffer.value());
         let bytes: &[u8] = bytes.map_or(&[], |bytes| bytes);
-        let size = to_usize(buffer.byte_length).min(bytes.len());
+        let size = bytes.len();
         let offset = to_usize(view.byte_offset.unwrap_or_default());
         let length = to_usize(view.byte_length);
-        let bytes = offset
-            .checked_add(length)
-            .filter(|end| *end <= size)
-            .and_then(|end| bytes.get(offset..end))
-            .ok_or_else(|| {
-                format!("{path}: {length} bytes from {offset} leave its buffer of {size}")
-            })?;
+        let end = offset.saturating_add(length);
+        let bytes = bytes.get(offset..end).ok_or_else(|| {
+            format!("{path}: {length} bytes from {offset} leave its buffer of {size}")
+        })?;
+        if end > to_usize(buffer.byte_length) {
+            warnings.breach(path, "leaves the byteLength of its buffer");
+        }
         Ok((view, bytes))
     }
 }

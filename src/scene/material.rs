@@ -187,7 +187,7 @@ fn absorption(json: &Volume, path: &str, warnings: &mut Warnings) -> Vec3 {
     let distance = f64::from(json.attenuation_distance.0);
     if distance <= 0.0 {
         let what = "attenuationDistance must be above 0: the least possible is used";
-        warnings.add(path, what);
+        warnings.breach(path, what);
     }
     if distance == f64::INFINITY {
         return Vec3::ZERO;
@@ -220,7 +220,7 @@ pub(super) fn factors<const N: usize>(
     let (low, high) = (*range.start(), *range.end());
     if !values.iter().all(|value| range.contains(value)) {
         let what = format_args!("not within [{low}, {high:?}]: moved there");
-        warnings.add(format_args!("{path}/{key}"), what);
+        warnings.breach(format_args!("{path}/{key}"), what);
     }
     values.map(|value| value.clamp(low, high))
 }

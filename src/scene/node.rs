@@ -103,7 +103,7 @@ fn parent_from_node(node: &scene::Node, path: &str, warnings: &mut Warnings) -> 
         rotation / length
     } else {
         let path = format_args!("{path}/rotation");
-        warnings.add(path, "is no rotation (length 0): not rotated");
+        warnings.breach(path, "is no rotation (length 0): not rotated");
         DQuat::IDENTITY
     };
     Ok(DAffine3::from_scale_rotation_translation(

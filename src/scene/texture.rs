@@ -1,25 +1,18 @@
 //! Textures, samplers and images, decoded within limits.
 
 use std::collections::HashMap;
-use std::io::Cursor;
 
 use glam::Vec3;
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::texture::{Info, MagFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked::Valid;
 use gltf::json::{self, Index};
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 
 use super::asset::{Asset, Checked, get, valid};
-use super::container::Resources;
+use super::picture::{self, MAX_IMAGES_BYTES};
+use super::resources::Resources;
 use super::warnings::Warnings;
 use super::{Image, Texture, TextureRef, Wrap};
-
-/// Texels a side; what every Vulkan device with ray tracing offers.
-const MAX_SIDE: u32 = 16384;
-/// Bytes of one decoded image, and of all images of a scene together.
-const MAX_IMAGE_BYTES: u64 = 512 << 20;
-const MAX_IMAGES_BYTES: u64 = 4 << 30;
 
 /// Loads each texture once for each meaning (colour or data), each image once.
 pub(super) struct Textures<'a, 'b> {
@@ -111,13 +104,13 @@ impl<'a, 'b> Textures<'a, 'b> {
             Some(loaded) => *loaded,
             None => {
                 let path = format!("/images/{index}");
-                let loaded = match self.image(image, &path) {
+                let loaded = match self.image(image, &path, warnings) {
                     Ok(image) => {
                         self.images.push(image);
                         Some(self.images.len() as u32 - 1)
                     }
                     Err(fault) => {
-                        warnings.add(path, format_args!("texture left out: {fault}"));
+                        warnings.breach(path, format_args!("texture left out: {fault}"));
                         None
                     }
                 };
@@ -136,12 +129,19 @@ impl<'a, 'b> Textures<'a, 'b> {
         }))
     }
 
-    fn image(&mut self, json: &json::Image, path: &str) -> Checked<Image> {
-        let image = match (&json.uri, json.buffer_view) {
-            (Some(uri), _) => decode(&self.resources.fetch(uri)?, self.bytes_left)?,
-            (None, Some(view)) => decode(self.asset.view(view, path)?.1, self.bytes_left)?,
+    fn image(&mut self, json: &json::Image, path: &str, warnings: &mut Warnings) -> Checked<Image> {
+        let bytes = match (&json.uri, json.buffer_view) {
+            (Some(uri), _) => self.resources.fetch(uri, path, warnings)?,
+            (None, Some(view)) => self.asset.view(view, path, warnings)?.1.into(),
             (None, None) => return Err("has neither uri nor bufferView".into()),
         };
+        let (image, damage) = picture::decode(&bytes, self.bytes_left)?;
+        if let Some(damage) = damage {
+            warnings.breach(
+                path,
+                format_args!("damaged, read as far as possible: {damage}"),
+            );
+        }
         self.bytes_left -= image.rgba.len() as u64;
         Ok(image)
     }
@@ -187,38 +187,4 @@ fn sampler_of(json: &Sampler, path: &str) -> Checked<([Wrap; 2], bool)> {
         [wrap(json.wrap_s, "wrapS")?, wrap(json.wrap_t, "wrapT")?],
         json.mag_filter == Some(Valid(MagFilter::Nearest)),
     ))
-}
-
-/// Decodes PNG, JPEG or WebP, whatever the file calls itself.
-fn decode(bytes: &[u8], bytes_left: u64) -> Checked<Image> {
-    let words = |error: image::ImageError| error.to_string();
-    let mut reader = ImageReader::new(Cursor::new(bytes))
-        .with_guessed_format()
-        .map_err(|error| error.to_string())?;
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
-    limits.max_alloc = Some(MAX_IMAGE_BYTES);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(words)?;
-    let (width, height) = decoder.dimensions();
-    // As RGBA it may be larger than what the decoder's own limit counts.
-    let size = u64::from(width) * u64::from(height) * 4;
-    if width > MAX_SIDE || height > MAX_SIDE || size > MAX_IMAGE_BYTES.min(bytes_left) {
-        return Err(format!(
-            "{width} × {height} texels are too many: at most {MAX_SIDE} a side, {} MiB an image, \
-             {} MiB in all",
-            MAX_IMAGE_BYTES >> 20,
-            MAX_IMAGES_BYTES >> 20
-        ));
-    }
-    let rgba = DynamicImage::from_decoder(decoder)
-        .map_err(words)?
-        .into_rgba8()
-        .into_raw();
-    Ok(Image {
-        width,
-        height,
-        rgba,
-    })
 }

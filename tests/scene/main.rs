@@ -2,6 +2,7 @@
 
 mod damage;
 mod document;
+mod exports;
 mod geometry;
 mod hierarchy;
 mod instances;
