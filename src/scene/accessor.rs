@@ -1,5 +1,7 @@
 //! Checked reading of accessors: whatever the file says, no read leaves its buffer.
 
+use std::borrow::Cow;
+
 use gltf::json::accessor::{ComponentType, Type, sparse};
 use gltf::json::validation::USize64;
 use gltf::json::{self, Index, buffer};
@@ -12,8 +14,15 @@ const MAX_ZEROS: usize = 1 << 20;
 
 /// `count` elements, each at a multiple of `stride`; checked to lie within `bytes`.
 struct Strided<'a> {
-    bytes: &'a [u8],
+    bytes: Cow<'a, [u8]>,
     stride: usize,
+}
+
+/// Elements that a decoder made, packed.
+pub(super) struct Decoded {
+    pub count: usize,
+    pub component: ComponentType,
+    pub bytes: Vec<u8>,
 }
 
 impl<'a> Strided<'a> {
@@ -62,11 +71,23 @@ impl<'a> Strided<'a> {
                 let size = bytes.len();
                 format!("{path}: {count} elements leave the bufferView of {size} bytes")
             })?;
-        Ok(Self { bytes, stride })
+        Ok(Self {
+            bytes: bytes.into(),
+            stride,
+        })
     }
 
-    fn element(&self, i: usize) -> &'a [u8] {
+    fn element(&self, i: usize) -> &[u8] {
         self.bytes.get(i * self.stride..).unwrap_or(&[])
+    }
+}
+
+impl Decoded {
+    fn strided<'a>(self, components: usize) -> Strided<'a> {
+        Strided {
+            bytes: self.bytes.into(),
+            stride: self.component.size() * components,
+        }
     }
 }
 
@@ -95,9 +116,19 @@ impl<'a> Accessor<'a> {
         holder: &str,
         warnings: &mut Warnings,
     ) -> Checked<Self> {
+        Self::open_or(asset, index, holder, warnings, |_, _| Ok(None))
+    }
+
+    /// The same; `decode` is asked for its elements, of so many components of that type, first.
+    pub fn open_or(
+        asset: &Asset<'a>,
+        index: Index<json::Accessor>,
+        holder: &str,
+        warnings: &mut Warnings,
+        decode: impl FnOnce(usize, ComponentType) -> Checked<Option<Decoded>>,
+    ) -> Checked<Self> {
         let json = get(asset.root, index, holder)?;
         let path = format!("/accessors/{index}");
-        let count = to_usize(json.count);
         let component = valid(json.component_type, format_args!("{path}/componentType"))?.0;
         let kind = valid(json.type_, format_args!("{path}/type"))?;
         if matches!(kind, Type::Mat2 | Type::Mat3 | Type::Mat4) {
@@ -105,7 +136,10 @@ impl<'a> Accessor<'a> {
         }
         let components = kind.multiplicity();
         let size = (component.size() * components, component.size());
+        let decoded = decode(components, component).map_err(|fault| format!("{path}: {fault}"))?;
+        let count = decoded.as_ref().map_or(to_usize(json.count), |d| d.count);
         let dense = match json.buffer_view {
+            _ if decoded.is_some() => decoded.map(|decoded| decoded.strided(components)),
             Some(view) => {
                 let place = (view, json.byte_offset.unwrap_or_default());
                 Some(Strided::new(asset, &path, place, count, size, warnings)?)
@@ -134,7 +168,19 @@ impl<'a> Accessor<'a> {
         })
     }
 
-    fn element(&self, i: usize) -> &'a [u8] {
+    /// One number for each of the elements that a decoder made.
+    pub fn of(decoded: Decoded) -> Self {
+        Self {
+            count: decoded.count,
+            components: 1,
+            component: decoded.component,
+            normalized: false,
+            dense: Some(decoded.strided(1)),
+            sparse: None,
+        }
+    }
+
+    fn element(&self, i: usize) -> &[u8] {
         if let Some(sparse) = &self.sparse
             && let Some(bytes) = sparse.find(i)
         {
@@ -220,7 +266,7 @@ impl<'a> Sparse<'a> {
     }
 
     /// The value that replaces element `element`; binary search, for the indices increase.
-    fn find(&self, element: usize) -> Option<&'a [u8]> {
+    fn find(&self, element: usize) -> Option<&[u8]> {
         let (mut low, mut high) = (0, self.count);
         while low < high {
             let middle = low + (high - low) / 2;

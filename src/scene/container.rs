@@ -6,6 +6,7 @@ use std::rc::Rc;
 use gltf::json::{Root, Value};
 
 use super::asset::{Checked, to_usize};
+use super::meshopt;
 use super::resources::Resources;
 use super::warnings::Warnings;
 
@@ -116,19 +117,18 @@ pub(super) fn buffers(
     for (i, buffer) in root.buffers.iter().enumerate() {
         let path = format!("/buffers/{i}");
         let length = to_usize(buffer.byte_length);
-        let extensions = buffer.extensions.as_ref();
         let bytes: Rc<[u8]> = match (&buffer.uri, bin) {
             (Some(uri), _) => {
                 let path = format!("{path}/uri");
                 let bytes = resources.fetch(uri, &path, warnings);
                 bytes.map_err(|fault| format!("{path}: {fault}"))?
             }
-            (None, Some(bin)) if i == 0 => bin.into(),
-            // What only a decoder would fill; who reads it is told that it is empty.
-            _ if extensions.is_some_and(|e| e.others.contains_key("EXT_meshopt_compression")) => {
+            // It stands for what decoders make.
+            (None, _) if meshopt::is_fallback(buffer) => {
                 buffers.push([].into());
                 continue;
             }
+            (None, Some(bin)) if i == 0 => bin.into(),
             _ => {
                 return Err(format!(
                     "{path}: has no uri, and there is no GLB chunk for it"

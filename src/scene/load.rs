@@ -1,5 +1,6 @@
 //! The way from a file to a [`Scene`].
 
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, Vec3, Vec3A};
@@ -75,13 +76,15 @@ fn read(bytes: &[u8], resources: &mut Resources, warnings: &mut Warnings) -> Che
     let (json, bin) = container::split(bytes, warnings)?;
     check_version(&json)?;
     let extensions = extensions::check(&json, warnings)?;
+    let center = node::center(&json)?;
     let animations = json.get("animations").and_then(Value::as_array);
     let animated = animations.is_some_and(|animations| !animations.is_empty());
     let root = asset::typed(json)?;
     let buffers = container::buffers(&root, bin, resources, warnings)?;
-    let asset = Asset::new(&root, &buffers);
+    let decoded: Vec<_> = root.buffer_views.iter().map(|_| OnceCell::new()).collect();
+    let asset = Asset::new(&root, &buffers, &decoded);
 
-    let mut nodes = node::nodes(&root, warnings)?;
+    let mut nodes = node::nodes(&root, center, warnings)?;
     let mut textures = Textures::new(&asset, resources);
     let mut scene = Scene {
         materials: material::materials(&root, &mut textures, warnings)?,

@@ -5,19 +5,25 @@
 
 mod accessor;
 mod asset;
+mod basis;
 mod container;
+mod dds;
+mod draco;
 mod environment;
 mod extensions;
 mod geometry;
+mod guard;
 mod instancing;
 mod light_camera;
 mod load;
 mod material;
+mod meshopt;
 mod node;
 mod normal;
 mod picture;
 mod primitive;
 mod resources;
+mod specular_glossiness;
 mod tangent;
 mod texture;
 mod uri;

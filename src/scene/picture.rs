@@ -8,13 +8,13 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::Image;
 use super::asset::Checked;
+use super::{Image, basis, dds};
 
 /// Texels a side; what every Vulkan device with ray tracing offers.
 const MAX_SIDE: u32 = 16384;
 /// Bytes of one decoded image, and of all images of a scene together.
-const MAX_IMAGE_BYTES: u64 = 512 << 20;
+pub(super) const MAX_IMAGE_BYTES: u64 = 512 << 20;
 pub(super) const MAX_IMAGES_BYTES: u64 = 4 << 30;
 
 /// An image, and what is wrong with it where it was read all the same.
@@ -29,11 +29,21 @@ pub(super) fn decode(bytes: &[u8], bytes_left: u64) -> Checked<Decoded> {
             Err(fault) => Ok((lenient(bytes, bytes_left)?, Some(fault))),
         };
     }
-    Ok((lenient(bytes, bytes_left)?, None))
+    let image = if bytes.starts_with(basis::MAGIC) {
+        basis::decode(bytes, bytes_left)?
+    } else if bytes.starts_with(dds::MAGIC) {
+        dds::decode(bytes, bytes_left)?
+    } else {
+        lenient(bytes, bytes_left)?
+    };
+    Ok((image, None))
 }
 
 /// Refuses a size in texels that the renderer cannot hold: what a header claims costs nothing.
 pub(super) fn check_size(width: u32, height: u32, bytes_left: u64) -> Checked<()> {
+    if width == 0 || height == 0 {
+        return Err("has no texels".into());
+    }
     let size = u64::from(width) * u64::from(height) * 4;
     if width > MAX_SIDE || height > MAX_SIDE || size > MAX_IMAGE_BYTES.min(bytes_left) {
         return Err(format!(

@@ -9,6 +9,7 @@ use gltf::json::validation::Checked::Valid;
 
 use super::accessor::Accessor;
 use super::asset::{Asset, Checked, valid};
+use super::draco::Draco;
 use super::tangent::add_tangents;
 use super::warnings::Warnings;
 use super::{Material, TextureRef, normal};
@@ -62,12 +63,18 @@ impl<'a> Attributes<'a> {
             let what = "morph targets are not supported: the base shape";
             warnings.add(format_args!("{path}/targets"), what);
         }
+        let draco = draco_or_plain(asset, json, path, warnings)?;
         let mut open = |semantic: Semantic, sizes: &[usize]| {
-            let place = format!("{path}/attributes/{}", semantic.to_string());
+            let name = semantic.to_string();
+            let place = format!("{path}/attributes/{name}");
             let Some(&index) = json.attributes.get(&Valid(semantic)) else {
                 return Ok(None);
             };
-            let accessor = Accessor::open(asset, index, &place, warnings)?;
+            let decode = |components, component| match &draco {
+                Some(draco) => draco.attribute(&name, components, component),
+                None => Ok(None),
+            };
+            let accessor = Accessor::open_or(asset, index, &place, warnings, decode)?;
             if !sizes.contains(&accessor.components) || accessor.component == ComponentType::U32 {
                 return Err(format!("{place}: has a type that glTF does not allow"));
             }
@@ -88,10 +95,13 @@ impl<'a> Attributes<'a> {
             return Ok(None);
         };
         let at = format!("{path}/indices");
-        let indices = json
-            .indices
-            .map(|index| Accessor::open(asset, index, &at, warnings));
-        let indices = indices.transpose()?;
+        let indices = match (&draco, json.indices) {
+            (Some(draco), _) => Some(Accessor::of(draco.indices())),
+            (None, Some(index)) => Some(Accessor::open(asset, index, &at, warnings)?),
+            (None, None) => None,
+        };
+        // The encoder made a list of triangles of what the mode says.
+        let mode = draco.map_or(mode, |_| Mode::Triangles);
         if let Some(indices) = &indices
             && (indices.components != 1
                 || !VALID_INDEX_TYPES.contains(&indices.component.as_gl_enum()))
@@ -157,6 +167,27 @@ impl<'a> Attributes<'a> {
             color: vector(&self.color).map_or(Vec4::ONE, Vec4::from),
         }
     }
+}
+
+/// What the Draco stream of the primitive at `path` holds. `None` where there is none, or where it
+/// cannot be decoded and the file has the same once more, uncompressed.
+fn draco_or_plain<'a>(
+    asset: &Asset,
+    json: &'a Primitive,
+    path: &str,
+    warnings: &mut Warnings,
+) -> Checked<Option<Draco<'a>>> {
+    let fault = match Draco::open(asset, json, path, warnings) {
+        Ok(draco) => return Ok(draco),
+        Err(fault) => fault,
+    };
+    let position = json.attributes.get(&Valid(Semantic::Positions));
+    let position = position.and_then(|index| asset.root.accessors.get(index.value()));
+    if position.is_none_or(|accessor| accessor.buffer_view.is_none()) {
+        return Err(fault);
+    }
+    warnings.breach(path, format_args!("not decoded: {fault}"));
+    Ok(None)
 }
 
 fn vec3([x, y, z, _]: [f32; 4]) -> Vec3 {

@@ -1,5 +1,6 @@
 //! The glTF loader: small documents with known answers, damage, and the public scenes.
 
+mod compressed;
 mod damage;
 mod document;
 mod exports;
