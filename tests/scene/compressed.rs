@@ -8,12 +8,12 @@ use serde_json::json;
 
 use crate::document::{Document, load_files, near};
 
-pub fn fixture(name: &str) -> PathBuf {
+fn fixture(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scene/fixtures");
     folder.join(name)
 }
 
-fn bytes(name: &str) -> Vec<u8> {
+pub fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(fixture(name)).unwrap()
 }
 
@@ -104,7 +104,7 @@ fn attributes_beside_a_draco_stream_are_read() {
 }
 
 /// A square with `file` as an image of the kind that `extension` names.
-fn textured(file: &[u8], extension: &str) -> Document {
+pub fn textured(file: &[u8], extension: &str) -> Document {
     let mut document = Document::square(true);
     let view = document.view(file);
     document.json["images"] = json!([{"bufferView": view}]);

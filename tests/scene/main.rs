@@ -8,5 +8,7 @@ mod geometry;
 mod hierarchy;
 mod instances;
 mod materials;
+mod mutated;
 mod public;
+mod sound;
 mod textures;
