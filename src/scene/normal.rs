@@ -46,29 +46,34 @@ pub(super) fn face_normal(corners: [Vec3; 3]) -> Option<Vec3> {
     Some(normal.as_vec3())
 }
 
-/// Turns normals that point away from their face: exporters that reverse the winding of a mesh, or
-/// its normals, write such files, and other viewers draw them lit. A triangle is taken to be one of
-/// those where its normals do so on average; that a single normal of a smooth mesh dips behind a
-/// face is common and right. Returns whether there were any.
+/// Slivers of smooth meshes have normals on the wrong side, too; less than this of the area is not
+/// worth a word.
+const STRAY: f64 = 1e-3;
+
+/// Turns the normals of triangles that all point away from their face: exporters that reverse the
+/// winding of a mesh, or its normals, write such files, and other viewers draw them lit. Single
+/// normals that dip behind a face are common in smooth meshes, and right. Returns whether more was
+/// turned than strays.
 pub(super) fn turn_to_faces(primitive: &mut Triangles) -> bool {
     let vertices = &mut primitive.vertices;
     let normals: Vec<Vec3> = vertices.iter().map(|vertex| vertex.normal_o).collect();
     // The first triangle takes the vertex itself; those that need it turned otherwise, a copy.
     let mut is_turned: Vec<Option<bool>> = vec![None; vertices.len()];
     let mut copies = HashMap::new();
-    let mut found = false;
+    let (mut area, mut area_turned) = (0.0, 0.0);
     for triangle in &mut primitive.triangles {
-        let corners = triangle.map(|i| vertices[i as usize].position_o);
-        let Some(face) = face_normal(corners) else {
-            continue;
-        };
-        let sides = triangle.map(|i| normals[i as usize].dot(face));
-        let away = sides.iter().sum::<f32>() < 0.0;
-        found |= away;
-        for (i, side) in triangle.iter_mut().zip(sides) {
-            let (at, turn) = (*i as usize, away && side < 0.0);
+        let corners = triangle.map(|i| vertices[i as usize].position_o.as_dvec3());
+        let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let is_away = |i: &u32| normals[*i as usize].as_dvec3().dot(face) < 0.0;
+        let turn = triangle.iter().all(is_away);
+        area += face.length();
+        if turn {
+            area_turned += face.length();
+        }
+        for i in triangle {
+            let at = *i as usize;
             match is_turned[at] {
-                Some(turned) if turned == turn => {}
+                Some(before) if before == turn => {}
                 Some(_) => {
                     *i = *copies.entry(*i).or_insert_with(|| {
                         vertices.push(turned(vertices[at]));
@@ -84,7 +89,7 @@ pub(super) fn turn_to_faces(primitive: &mut Triangles) -> bool {
             }
         }
     }
-    found
+    area_turned > STRAY * area
 }
 
 /// `vertex` seen from its other side; its bitangent, cross(n, t) w, stays.
