@@ -118,7 +118,7 @@ fn damaged_streams_end_in_errors() {
 
 /// `cargo test --release --test scene -- --ignored mutated`
 #[test]
-#[ignore = "takes half an hour"]
+#[ignore = "takes ten minutes"]
 fn streams_damaged_a_hundred_thousand_times_end_in_errors() {
     damage_each(100_000);
 }
