@@ -124,7 +124,8 @@ fn images_are_as_readable_as_other_files() {
     assert_eq!(mode(&image), mode(&other));
 }
 
-/// As most tools do: the link stays and leads to the new image, which keeps the old one's permissions.
+/// As most tools do: the link stays and leads to the new image, which keeps the old one's
+/// permissions.
 #[cfg(unix)]
 #[test]
 fn images_replace_what_a_link_leads_to_and_keep_its_permissions() {
@@ -182,8 +183,8 @@ fn radiance(header: &str, resolution: &str, swapped: bool) -> Vec<u8> {
     .concat()
 }
 
-/// Ward's Real Pixels and the reference manual: a header has one line for each change of exposure, and a picture may
-/// begin in any corner.
+/// Ward's Real Pixels and the reference manual: a header has one line for each change of exposure,
+/// and a picture may begin in any corner.
 #[test]
 fn radiance_headers_mean_what_their_author_says() {
     let dir = tempfile::tempdir().unwrap();

@@ -81,8 +81,8 @@ pub(super) fn to_usize(size: USize64) -> usize {
     size.0.try_into().unwrap_or(usize::MAX)
 }
 
-/// Bytes that decoders may make of the streams of a scene, together, beyond so many for each byte of
-/// its buffers.
+/// Bytes that decoders may make of the streams of a scene, together, beyond so many for each byte
+/// of its buffers.
 const MAX_DECODED: u64 = 1 << 30;
 const DECODED_PER_BYTE: u64 = 16;
 

@@ -23,7 +23,8 @@ enum Support {
 }
 use Support::{Approximated, Convert, Full, Ignored, Unseen};
 
-/// One line for each extension that is known here; docs/extensions.md has them too (see [`extensions_table`]).
+/// One line for each extension that is known here; docs/extensions.md has them, too
+/// (see [`extensions_table`]).
 #[rustfmt::skip]
 const TABLE: &[(&str, Support)] = &[
     ("CESIUM_RTC", Full),

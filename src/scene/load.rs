@@ -33,8 +33,8 @@ pub fn load(path: &Path) -> Result<Scene> {
 /// How much a file is trusted, and how strictly it is read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadOptions {
-    /// A folder: what lies in it may be referred to, too, by paths that leave the scene's own folder
-    /// and by symbolic links.
+    /// A folder: what lies in it may be referred to, too, by paths that leave the scene's own
+    /// folder and by symbolic links.
     pub root: Option<PathBuf>,
     /// Refuse files that break a rule of glTF, also where they can be given a meaning.
     pub strict: bool,
