@@ -3,7 +3,8 @@
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 use gltf::json::Value;
 use gltf::json::accessor::ComponentType;
-use gltf::json::mesh::Primitive;
+use gltf::json::mesh::{Primitive, Semantic};
+use gltf::json::validation::Checked::Valid;
 
 use super::accessor::Decoded;
 use super::asset::{Asset, Checked};
@@ -20,8 +21,28 @@ pub(super) struct Draco<'a> {
 }
 
 impl<'a> Draco<'a> {
-    /// Decodes the primitive at `path`, if it is compressed.
+    /// Decodes the primitive at `path`. `None` where it is not compressed, or where it cannot be
+    /// decoded and the file has the same once more, uncompressed.
     pub fn open(
+        asset: &Asset,
+        json: &'a Primitive,
+        path: &str,
+        warnings: &mut Warnings,
+    ) -> Checked<Option<Self>> {
+        let fault = match Self::decode(asset, json, path, warnings) {
+            Ok(draco) => return Ok(draco),
+            Err(fault) => fault,
+        };
+        let position = json.attributes.get(&Valid(Semantic::Positions));
+        let position = position.and_then(|index| asset.root.accessors.get(index.value()));
+        if position.is_none_or(|accessor| accessor.buffer_view.is_none()) {
+            return Err(fault);
+        }
+        warnings.breach(path, format_args!("not decoded: {fault}"));
+        Ok(None)
+    }
+
+    fn decode(
         asset: &Asset,
         json: &'a Primitive,
         path: &str,

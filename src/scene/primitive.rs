@@ -63,7 +63,7 @@ impl<'a> Attributes<'a> {
             let what = "morph targets are not supported: the base shape";
             warnings.add(format_args!("{path}/targets"), what);
         }
-        let draco = draco_or_plain(asset, json, path, warnings)?;
+        let draco = Draco::open(asset, json, path, warnings)?;
         let mut open = |semantic: Semantic, sizes: &[usize]| {
             let name = semantic.to_string();
             let place = format!("{path}/attributes/{name}");
@@ -167,27 +167,6 @@ impl<'a> Attributes<'a> {
             color: vector(&self.color).map_or(Vec4::ONE, Vec4::from),
         }
     }
-}
-
-/// What the Draco stream of the primitive at `path` holds. `None` where there is none, or where it
-/// cannot be decoded and the file has the same once more, uncompressed.
-fn draco_or_plain<'a>(
-    asset: &Asset,
-    json: &'a Primitive,
-    path: &str,
-    warnings: &mut Warnings,
-) -> Checked<Option<Draco<'a>>> {
-    let fault = match Draco::open(asset, json, path, warnings) {
-        Ok(draco) => return Ok(draco),
-        Err(fault) => fault,
-    };
-    let position = json.attributes.get(&Valid(Semantic::Positions));
-    let position = position.and_then(|index| asset.root.accessors.get(index.value()));
-    if position.is_none_or(|accessor| accessor.buffer_view.is_none()) {
-        return Err(fault);
-    }
-    warnings.breach(path, format_args!("not decoded: {fault}"));
-    Ok(None)
 }
 
 fn vec3([x, y, z, _]: [f32; 4]) -> Vec3 {
