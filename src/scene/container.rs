@@ -120,8 +120,15 @@ pub(super) fn buffers(
         let bytes: Rc<[u8]> = match (&buffer.uri, bin) {
             (Some(uri), _) => {
                 let path = format!("{path}/uri");
-                let bytes = resources.fetch(uri, &path, warnings);
-                bytes.map_err(|fault| format!("{path}: {fault}"))?
+                match resources.fetch(uri, &path, warnings) {
+                    Ok(bytes) => bytes,
+                    // It is needed only where a decoder fails, and then found to be empty.
+                    Err(_) if meshopt::is_fallback(buffer) => {
+                        buffers.push([].into());
+                        continue;
+                    }
+                    Err(fault) => return Err(format!("{path}: {fault}")),
+                }
             }
             // It stands for what decoders make.
             (None, _) if meshopt::is_fallback(buffer) => {

@@ -79,7 +79,7 @@ const TABLE: &[(&str, Support)] = &[
     ("KHR_technique_webgl", Ignored("shaders are not run, the glTF material is used")),
     ("KHR_techniques_webgl", Ignored("shaders are not run, the glTF material is used")),
     ("NV_materials_mdl", Ignored("the glTF material is used")),
-    ("EXT_texture_avif", Convert("`npx @gltf-transform/cli png in.glb out.glb`")),
+    ("EXT_texture_avif", Convert("`npx @gltf-transform/cli png in.glb out.glb --formats avif`")),
 ];
 
 fn support(name: &str) -> Option<&'static Support> {

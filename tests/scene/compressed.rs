@@ -231,7 +231,11 @@ fn what_cannot_be_decoded_has_its_fallback_or_is_refused() {
                 .all(|(a, b)| near(a.position_w, b.position_w))
         );
     }
+    // It may be absent, as long as nothing is broken.
+    let alone = load_files(&[("a.glb", &bytes("fallback.glb"))]).unwrap();
+    assert_eq!(alone.triangles, plain.triangles);
     for (name, place) in [
+        ("fallback.glb", "/bufferViews/0: meshopt: "),
         ("meshopt-ext.glb", "/bufferViews/0: meshopt: "),
         (
             "draco-edgebreaker.glb",
