@@ -207,6 +207,9 @@ impl<'a> Asset<'a> {
         let size = bytes.len();
         let end = offset.saturating_add(length);
         let bytes = bytes.get(offset..end).ok_or_else(|| {
+            if json.uri.is_none() && size == 0 {
+                return format!("/buffers/{buffer}: has no uri, and there is no GLB chunk for it");
+            }
             format!("{path}: {length} bytes from {offset} leave its buffer of {size}")
         })?;
         if end > to_usize(json.byte_length) {

@@ -130,19 +130,11 @@ pub(super) fn buffers(
                     Err(fault) => return Err(format!("{path}: {fault}")),
                 }
             }
-            // It stands for what decoders make.
-            (None, _) if meshopt::is_fallback(buffer) => {
-                buffers.push([].into());
-                continue;
-            }
             (None, Some(bin)) if i == 0 => bin.into(),
-            _ => {
-                return Err(format!(
-                    "{path}: has no uri, and there is no GLB chunk for it"
-                ));
-            }
+            // It stands for what decoders make; who reads it is told that it is not there.
+            (None, _) => [].into(),
         };
-        if bytes.len() < length {
+        if bytes.len() < length && !bytes.is_empty() {
             // Where a bufferView needs what is not there, it is refused.
             warnings.breach(path, "has fewer bytes than its byteLength");
         }

@@ -5,7 +5,6 @@
 
 mod accessor;
 mod asset;
-mod basis;
 mod container;
 mod dds;
 mod draco;
@@ -14,6 +13,7 @@ mod extensions;
 mod geometry;
 mod guard;
 mod instancing;
+mod ktx2;
 mod light_camera;
 mod load;
 mod material;
@@ -25,6 +25,7 @@ mod primitive;
 mod resources;
 mod specular_glossiness;
 mod tangent;
+mod texels;
 mod texture;
 mod uri;
 mod warnings;

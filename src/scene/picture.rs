@@ -9,7 +9,7 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::asset::Checked;
-use super::{Image, basis, dds};
+use super::{Image, dds, ktx2};
 
 /// Texels a side; what every Vulkan device with ray tracing offers.
 const MAX_SIDE: u32 = 16384;
@@ -29,8 +29,8 @@ pub(super) fn decode(bytes: &[u8], bytes_left: u64) -> Checked<Decoded> {
             Err(fault) => Ok((lenient(bytes, bytes_left)?, Some(fault))),
         };
     }
-    let image = if bytes.starts_with(basis::MAGIC) {
-        basis::decode(bytes, bytes_left)?
+    let image = if bytes.starts_with(ktx2::MAGIC) {
+        ktx2::decode(bytes, bytes_left)?
     } else if bytes.starts_with(dds::MAGIC) {
         dds::decode(bytes, bytes_left)?
     } else {

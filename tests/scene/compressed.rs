@@ -200,6 +200,47 @@ fn plain_direct3d_textures_are_read() {
     );
 }
 
+/// KTX2 without Basis Universal, which the extension forbids and other viewers read.
+#[test]
+fn plain_ktx2_textures_are_read() {
+    let file = |format: u32, scheme: u32, level: &[u8], size: u64| {
+        let mut file = bytes("uastc.ktx2")[..12].to_vec();
+        let words = [format, 1, 2, 1, 0, 0, 1, 1, scheme, 0, 0, 0, 0, 0, 0, 0, 0];
+        file.extend(words.map(u32::to_le_bytes).concat());
+        file.extend(
+            [104, level.len() as u64, size]
+                .map(u64::to_le_bytes)
+                .concat(),
+        );
+        [&file, level].concat()
+    };
+    let rgb = [1, 2, 3, 5, 6, 7];
+    // A frame of one block that is not compressed (RFC 8878, section 3.1.1).
+    let frame = [
+        &[0x28, 0xb5, 0x2f, 0xfd, 0x20, 6, 6 << 3 | 1, 0, 0],
+        &rgb[..],
+    ]
+    .concat();
+    for file in [file(23, 0, &rgb, 6), file(29, 2, &frame, 6)] {
+        let scene = textured(&file, "KHR_texture_basisu").load();
+        assert_eq!(scene.warnings, [] as [String; 0]);
+        assert_eq!(scene.images[0].rgba, [1, 2, 3, 255, 5, 6, 7, 255]);
+    }
+    for (file, fault) in [
+        (file(23, 0, &rgb[1..], 6), "ends before its texels"),
+        (file(29, 2, &frame[..12], 6), "Zstandard"),
+        (file(37, 2, &frame, 8), "Zstandard"),
+        (file(23, 3, &rgb, 6), "scheme 3"),
+        (
+            file(97, 0, &rgb, 6),
+            "npx @gltf-transform/cli ktxdecompress",
+        ),
+    ] {
+        let warnings = textured(&file, "KHR_texture_basisu").load().warnings;
+        assert!(warnings[0].contains(fault), "{warnings:?}");
+    }
+}
+
 /// Where the file has the data once more for those that cannot decode, a broken stream costs
 /// nothing but a warning; where it has not, the file is refused with the place.
 #[test]
@@ -231,9 +272,18 @@ fn what_cannot_be_decoded_has_its_fallback_or_is_refused() {
                 .all(|(a, b)| near(a.position_w, b.position_w))
         );
     }
-    // It may be absent, as long as nothing is broken.
+    // It may be absent, as long as nothing is broken; with or without a name.
     let alone = load_files(&[("a.glb", &bytes("fallback.glb"))]).unwrap();
     assert_eq!(alone.triangles, plain.triangles);
+    let (mut json, bin) = crate::document::parts(&bytes("meshopt-ext.glb"));
+    json["buffers"][1]
+        .as_object_mut()
+        .unwrap()
+        .remove("extensions");
+    json["buffers"][0]["uri"] = json!("a.bin");
+    let text = json.to_string();
+    let nameless = load_files(&[("a.gltf", text.as_bytes()), ("a.bin", &bin)]).unwrap();
+    assert_eq!(nameless.triangles, load("meshopt-ext.glb").triangles);
     for (name, place) in [
         ("fallback.glb", "/bufferViews/0: meshopt: "),
         ("meshopt-ext.glb", "/bufferViews/0: meshopt: "),
