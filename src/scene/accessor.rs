@@ -138,18 +138,18 @@ impl<'a> Accessor<'a> {
         let size = (component.size() * components, component.size());
         let decoded = decode(components, component).map_err(|fault| format!("{path}: {fault}"))?;
         let count = decoded.as_ref().map_or(to_usize(json.count), |d| d.count);
-        let dense = match json.buffer_view {
-            _ if decoded.is_some() => decoded.map(|decoded| decoded.strided(components)),
-            Some(view) => {
+        let dense = match (decoded, json.buffer_view) {
+            (Some(decoded), _) => Some(decoded.strided(components)),
+            (None, Some(view)) => {
                 let place = (view, json.byte_offset.unwrap_or_default());
                 Some(Strided::new(asset, &path, place, count, size, warnings)?)
             }
-            None if count > MAX_ZEROS => {
+            (None, None) if count > MAX_ZEROS => {
                 return Err(format!(
                     "{path}: {count} elements without a bufferView; at most {MAX_ZEROS}"
                 ));
             }
-            None => None,
+            (None, None) => None,
         };
         let sparse = match &json.sparse {
             Some(sparse) => {
