@@ -134,7 +134,7 @@ fn run_scene(plan: &Plan, session: &Session, path: &Path) -> Result<SceneResults
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    let mut scene = scene::load(path)?;
+    let mut scene = scene::load_with(path, &plan.load)?;
     if let Some(environment) = &plan.environment {
         scene.set_environment(environment.clone());
     }

@@ -317,6 +317,70 @@ fn an_environment_lights_a_dark_scene() {
     }
 }
 
+/// Not the scene's texture, nor the map, nor the images compared.
+#[test]
+fn inputs_are_not_overwritten() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = write_scene(dir.path());
+    let at = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
+    let (texture, image) = (at("t.png"), at("e.exr"));
+    image::RgbImage::from_pixel(1, 1, image::Rgb([255; 3]))
+        .save(&texture)
+        .unwrap();
+    let mut json: Value = serde_json::from_str(&fs::read_to_string(&scene).unwrap()).unwrap();
+    json["images"] = json!([{"uri": "t.png"}]);
+    json["textures"] = json!([{"source": 0}]);
+    json["materials"][0]["emissiveTexture"] = json!({"index": 0});
+    fs::write(&scene, json.to_string()).unwrap();
+
+    let before = fs::read(&texture).unwrap();
+    let render = ["render", &scene, "--iterations", "1", "--quiet", "-o"];
+    let render = |output: &[&str]| lightfall(&[&render[..], output, &SMALL].concat());
+    assert_eq!(render(&[&image]).status.code(), Some(0));
+    let compare = ["compare", &image, &image, "-o", &image];
+    for (refused, name) in [
+        (render(&[&texture]), "t.png"),
+        (render(&[&image, "--env", &image]), "e.exr"),
+        (lightfall(&compare), "e.exr"),
+    ] {
+        let stderr = String::from_utf8(refused.stderr).unwrap();
+        let fault = format!("{name}: is read as an input");
+        assert!(stderr.contains(&fault), "{stderr}");
+    }
+    assert_eq!(fs::read(&texture).unwrap(), before);
+}
+
+/// `--root` and `--strict` reach the loader.
+#[test]
+fn how_files_are_read_can_be_said() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = write_scene(dir.path());
+    let below = dir.path().join("below");
+    fs::create_dir(&below).unwrap();
+    let text = fs::read_to_string(&scene).unwrap();
+    let moved = below.join("floor.gltf");
+    fs::write(&moved, text.replace("floor.bin", "../floor.bin")).unwrap();
+    let moved = moved.to_str().unwrap();
+    let stderr = fails(&["info", moved], 1);
+    assert!(stderr.contains("--root DIR"), "{stderr}");
+    let root = dir.path().to_str().unwrap();
+    assert_eq!(
+        lightfall(&["info", moved, "--root", root]).status.code(),
+        Some(0)
+    );
+    fails(&["info", moved, "--root", root, "--strict"], 2);
+    fails(&["info", moved, "--root", &scene], 2);
+
+    assert_eq!(
+        lightfall(&["info", &scene, "--strict"]).status.code(),
+        Some(0)
+    );
+    fs::write(&scene, format!("\u{feff}{text}")).unwrap();
+    assert_eq!(lightfall(&["info", &scene]).status.code(), Some(0));
+    let stderr = fails(&["info", &scene, "--strict"], 1);
+    assert!(stderr.contains("byte order mark"), "{stderr}");
+}
+
 /// A word says when to stop, unless a number does.
 #[test]
 fn qualities_stop_by_themselves() {

@@ -2,7 +2,7 @@
 
 use lightfall::image::{
     Display, Exposure, Layer, Metadata, Picture, Tone, auto_exposure, check_output, luminance,
-    neutral, read_picture, read_rgb, write,
+    neutral, read_hdr, read_picture, read_rgb, write,
 };
 use std::{fs, path::Path};
 
@@ -122,6 +122,147 @@ fn images_are_as_readable_as_other_files() {
     fs::write(&other, "").unwrap();
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
     assert_eq!(mode(&image), mode(&other));
+}
+
+/// As most tools do: the link stays and leads to the new image, which keeps the old one's
+/// permissions.
+#[cfg(unix)]
+#[test]
+fn images_replace_what_a_link_leads_to_and_keep_its_permissions() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    fs::create_dir(at("d")).unwrap();
+    fs::write(at("d/real.exr"), "old").unwrap();
+    fs::set_permissions(at("d/real.exr"), fs::Permissions::from_mode(0o640)).unwrap();
+    symlink("d/real.exr", at("one.exr")).unwrap();
+    symlink("one.exr", at("two.exr")).unwrap();
+    symlink("d/new.exr", at("new.exr")).unwrap();
+    symlink("round.exr", at("round.exr")).unwrap();
+    symlink("/dev/null", at("null.exr")).unwrap();
+    for name in ["two.exr", "new.exr"] {
+        check_output(&at(name)).unwrap();
+        write(&at(name), &picture(), &DISPLAY).unwrap();
+        assert!(
+            fs::symlink_metadata(at(name)).unwrap().is_symlink(),
+            "{name}"
+        );
+        assert_eq!(read_picture(&at(name)).unwrap(), picture(), "{name}");
+    }
+    let mode = fs::metadata(at("d/real.exr")).unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o640);
+    assert!(fs::symlink_metadata(at("d/new.exr")).unwrap().is_file());
+    let long = format!("{}.exr", "n".repeat(260));
+    for (name, fault) in [
+        ("round.exr", "leads nowhere"),
+        ("null.exr", "no regular file"),
+        (&long, "name too long"),
+        ("d/real.exr/a.exr", "Not a directory"),
+    ] {
+        let error = check_output(&at(name)).expect_err(name).to_string();
+        assert!(error.contains(fault), "{error}");
+    }
+}
+
+/// A Radiance file of 2 x 1 pixels, 0.5 1 2 and 4 4 4 as they are to be seen.
+fn radiance(header: &str, resolution: &str, swapped: bool) -> Vec<u8> {
+    let pixels = [[64u8, 128, 255, 129], [128, 128, 128, 131]];
+    let [a, b] = if swapped {
+        [pixels[1], pixels[0]]
+    } else {
+        pixels
+    };
+    [
+        header.as_bytes(),
+        b"\n",
+        resolution.as_bytes(),
+        b"\n",
+        &a,
+        &b,
+    ]
+    .concat()
+}
+
+/// Ward's Real Pixels and the reference manual: a header has one line for each change of exposure,
+/// and a picture may begin in any corner.
+#[test]
+fn radiance_headers_mean_what_their_author_says() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.hdr");
+    let read = |bytes: &[u8]| {
+        fs::write(&path, bytes).unwrap();
+        read_hdr(&path)
+    };
+    let format = "FORMAT=32-bit_rle_rgbe\n";
+    let plain = [0.5f32, 1.0, 255.0 / 128.0, 4.0, 4.0, 4.0];
+    for (header, scale) in [
+        (String::from("#?RADIANCE\n"), [1.0; 3]),
+        (format!("#?RADIANCE\n{format}"), [1.0; 3]),
+        (
+            format!("#?RGBE\n# made by hand\nGAMMA=2\n{format}"),
+            [1.0; 3],
+        ),
+        (format!("#?RADIANCE\n{format}EXPOSURE=2\r\n"), [2.0; 3]),
+        (
+            format!("#?RADIANCE\npfilt -e 4\nEXPOSURE= 4.0\nEXPOSURE=0.5\n{format}"),
+            [2.0; 3],
+        ),
+        (
+            format!("#?RADIANCE\n\tEXPOSURE=8\nCOLORCORR= 1 2 4\nEXPOSURE=2\n{format}"),
+            [2.0, 4.0, 8.0],
+        ),
+    ] {
+        let image = read(&radiance(&header, "-Y 1 +X 2", false)).unwrap();
+        assert_eq!(image.size, [2, 1], "{header}");
+        let expected: Vec<f32> = (0..6).map(|i| plain[i] / scale[i % 3]).collect();
+        assert_eq!(image.pixels, expected, "{header}");
+    }
+    for (resolution, swapped, size) in [
+        ("-Y 1 +X 2", false, [2, 1]),
+        ("+Y 1 +X 2", false, [2, 1]),
+        ("-Y 1 -X 2", true, [2, 1]),
+        ("+Y 2 +X 1", true, [1, 2]),
+        ("+X 2 -Y 1", false, [2, 1]),
+        ("-X 2 +Y 1", true, [2, 1]),
+        ("+X 1 -Y 2", false, [1, 2]),
+        ("-X 1 +Y 2", true, [1, 2]),
+    ] {
+        let image = read(&radiance("#?RADIANCE\n", resolution, swapped)).unwrap();
+        assert_eq!(
+            (image.size, &image.pixels[..]),
+            (size, &plain[..]),
+            "{resolution}"
+        );
+    }
+    // Greys of Radiance's white stay grey; its own red is not Rec. 709's.
+    let primaries = "#?RADIANCE\nPRIMARIES= 0.64 0.33 0.29 0.60 0.15 0.06 0.3333 0.3333\n";
+    let xyz = "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n";
+    for header in [primaries, xyz] {
+        let image = read(&radiance(header, "-Y 1 +X 2", false)).unwrap();
+        assert!(
+            image.pixels[3..].iter().all(|x| (x - 4.0).abs() < 0.01),
+            "{:?}",
+            image.pixels
+        );
+        assert!((image.pixels[0] - 0.5).abs() > 0.01, "{:?}", image.pixels);
+    }
+    for (header, resolution, fault) in [
+        ("#?RADIANCE\nEXPOSURE=0\n", "-Y 1 +X 2", "above 0"),
+        ("#?RADIANCE\nEXPOSURE=x\n", "-Y 1 +X 2", "not a number"),
+        ("#?RADIANCE\nCOLORCORR=1\n", "-Y 1 +X 2", "three numbers"),
+        ("#?RADIANCE\nPRIMARIES=1\n", "-Y 1 +X 2", "chromaticity"),
+        ("#?RADIANCE\nFORMAT=ascii\n", "-Y 1 +X 2", "FORMAT ascii"),
+        ("#?RADIANCE\n", "-Y 0 +X 2", "no resolution"),
+        ("#?RADIANCE\n", "-Y 1 +Y 2", "no resolution"),
+        ("#?RADIANCE\n", "-Y 99999 +X 99999", "too many"),
+        ("#?RADIANCE\n", "-Y 9 +X 2", "a.hdr"),
+        ("RADIANCE\n", "-Y 1 +X 2", "#?RGBE"),
+    ] {
+        let error = read(&radiance(header, resolution, false))
+            .expect_err(fault)
+            .to_string();
+        assert!(error.contains(fault), "{error}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What a bench is asked to do.
 
-use crate::scene::Environment;
+use crate::scene::{Environment, LoadOptions};
 use crate::settings::Settings;
 use crate::technique::TECHNIQUES;
 use crate::{Error, Result};
@@ -11,6 +11,8 @@ use std::path::PathBuf;
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub scenes: Vec<PathBuf>,
+    /// How they are read.
+    pub load: LoadOptions,
     /// What all scenes are put into.
     pub environment: Option<Environment>,
     pub variants: Vec<Variant>,

@@ -1,6 +1,6 @@
 //! What can be typed. Ranges are checked here; clap prints the fault and exits with 2.
 
-use super::{environment::EnvironmentArgs, quality::Quality};
+use super::{environment::EnvironmentArgs, load::LoadArgs, quality::Quality};
 use crate::{
     bench::plan::Budget,
     image::{Display, Format},
@@ -46,6 +46,9 @@ pub enum Command {
     Info {
         /// A .gltf or .glb file
         scene: PathBuf,
+
+        #[command(flatten)]
+        load: LoadArgs,
     },
     /// Say whether this machine can render, and what to install if it cannot
     Doctor,
@@ -99,6 +102,9 @@ pub struct BenchArgs {
         hide_default_value = true
     )]
     pub set: String,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
 
     #[command(flatten)]
     pub environment: EnvironmentArgs,
@@ -192,6 +198,9 @@ pub struct RenderArgs {
     /// [default: the best]
     #[arg(long, value_name = "N|NAME")]
     pub device: Option<String>,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
 
     #[command(flatten)]
     pub environment: EnvironmentArgs,

@@ -100,6 +100,7 @@ fn plan(args: &BenchArgs) -> Result<Plan> {
     }
     Ok(Plan {
         scenes: args.scenes.clone(),
+        load: args.load.options(),
         environment: args.environment.load()?,
         variants,
         budget: args.budget,

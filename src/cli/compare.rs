@@ -4,8 +4,8 @@ use super::{CompareArgs, progress::print_json};
 use crate::{
     Error, Result,
     image::{
-        Display, Exposure, Layer, Metadata, Picture, Rgb, Tone, check_output, read_layer, write,
-        write_rgb8,
+        Display, Exposure, Layer, Metadata, Picture, Rgb, Tone, check_inputs_survive, check_output,
+        read_layer, write, write_rgb8,
     },
     metrics::{Metric, Pair},
 };
@@ -23,6 +23,7 @@ use std::{
 pub fn run(args: &CompareArgs) -> Result<()> {
     if let Some(output) = &args.output {
         check_output(output)?;
+        check_inputs_survive([output], &[&args.image, &args.reference])?;
     }
     let image = read_layer(&args.image, &args.layer)?;
     let reference = read_layer(&args.reference, &args.layer)?;

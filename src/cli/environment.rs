@@ -2,6 +2,7 @@
 
 use crate::scene::{Environment, Source};
 use clap::Args;
+use std::path::Path;
 
 /// Shared by the subcommands that render.
 #[derive(Debug, Args)]
@@ -33,6 +34,14 @@ impl EnvironmentArgs {
         source
             .map(|source| Environment::load(source, self.env_strength, rotation))
             .transpose()
+    }
+
+    /// The map's file, if there is one.
+    pub fn file(&self) -> Option<&Path> {
+        match &self.env {
+            Some(Source::Map(path)) => Some(path),
+            _ => None,
+        }
     }
 }
 

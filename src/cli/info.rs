@@ -1,5 +1,6 @@
 //! `lightfall info`: what a scene file holds.
 
+use super::load::LoadArgs;
 use crate::{
     Error, Result,
     scene::{self, Light, Projection, Scene},
@@ -13,8 +14,8 @@ use std::{
 };
 
 /// Prints a summary of the scene at `path` on stdout.
-pub fn run(path: &Path) -> Result<()> {
-    let text = summary(&scene::load(path)?);
+pub fn run(path: &Path, load: &LoadArgs) -> Result<()> {
+    let text = summary(&scene::load_with(path, &load.options())?);
     let printed = std::io::stdout().write_all(text.as_bytes());
     match printed {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::io("stdout".as_ref(), e)),

@@ -7,6 +7,7 @@ pub mod doctor;
 mod environment;
 mod info;
 mod interrupt;
+mod load;
 mod progress;
 mod quality;
 mod render;
@@ -36,7 +37,7 @@ pub fn run(cli: &Cli) -> Result<Outcome> {
         Command::Render(args) => render::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Compare(args) => compare::run(args).map(|()| Outcome::Done),
-        Command::Info { scene } => info::run(scene).map(|()| Outcome::Done),
+        Command::Info { scene, load } => info::run(scene, load).map(|()| Outcome::Done),
         Command::Doctor => doctor::run().map(|()| Outcome::Done),
     }
 }

@@ -8,12 +8,16 @@ use crate::{
     Error, Result,
     gpu::{Commands, Gpu, OpenOptions},
     guide::Lesson,
-    image::{check_output, read_picture, write},
+    image::{check_inputs_survive, check_output, read_picture, write},
     render::Renderer,
     scene::{self, Scene},
 };
 use serde_json::{Map, Value, json};
-use std::{io::Write, time::Instant};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 /// Renders until the limit or an interrupt and writes all outputs.
 pub fn run(args: &RenderArgs) -> Result<Outcome> {
@@ -23,7 +27,15 @@ pub fn run(args: &RenderArgs) -> Result<Outcome> {
     }
     let resumed = args.resume.as_deref().map(read_picture).transpose()?;
     let environment = args.environment.load()?;
-    let mut scene = scene::load(&args.scene)?;
+    let mut scene = scene::load_with(&args.scene, &args.load.options())?;
+    let map = args.environment.file();
+    let inputs: Vec<&Path> = scene
+        .files
+        .iter()
+        .map(PathBuf::as_path)
+        .chain(map)
+        .collect();
+    check_inputs_survive(&args.outputs, &inputs)?;
     if let Some(environment) = environment {
         scene.set_environment(environment);
     }

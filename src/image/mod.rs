@@ -9,7 +9,7 @@ mod resize;
 
 pub use display::{Display, Exposure, Tone, auto_exposure, neutral, srgb};
 pub use exr::{read_layer, read_picture, read_rgb};
-pub use file::check_output;
+pub use file::{check_inputs_survive, check_output};
 pub use hdr::read_hdr;
 pub use png::{develop, encode_rgb8, write_rgb8};
 pub use resize::{reduce, resample};

@@ -1,33 +1,51 @@
 //! Checked reading of accessors: whatever the file says, no read leaves its buffer.
 
+use std::borrow::Cow;
+
 use gltf::json::accessor::{ComponentType, Type, sparse};
 use gltf::json::validation::USize64;
 use gltf::json::{self, Index, buffer};
 
 use super::asset::{Asset, Checked, get, to_usize, valid};
+use super::warnings::Warnings;
 
 /// Elements of an accessor without data: they cost the file nothing, so its size is no bound.
 const MAX_ZEROS: usize = 1 << 20;
 
 /// `count` elements, each at a multiple of `stride`; checked to lie within `bytes`.
 struct Strided<'a> {
-    bytes: &'a [u8],
+    bytes: Cow<'a, [u8]>,
     stride: usize,
 }
 
+/// Elements that a decoder made, packed.
+pub(super) struct Decoded {
+    pub count: usize,
+    pub component: ComponentType,
+    pub bytes: Vec<u8>,
+}
+
 impl<'a> Strided<'a> {
-    /// `count` elements of `size` bytes from `offset` in a bufferView, for the object at `path`.
+    /// `count` elements of `size` bytes, with components of `align`, from `offset` in a bufferView,
+    /// for the object at `path`.
     fn new(
         asset: &Asset<'a>,
         path: &str,
         (view, offset): (Index<buffer::View>, USize64),
         count: usize,
-        size: usize,
-        align: usize,
+        (size, align): (usize, usize),
+        warnings: &mut Warnings,
     ) -> Checked<Self> {
-        let (json, bytes) = asset.view(view, path)?;
-        let stride = json.byte_stride.map_or(size, |stride| stride.0);
-        if stride < size || stride > 252.max(size) {
+        let (json, bytes) = asset.view(view, path, warnings)?;
+        let stride = match json.byte_stride.map_or(size, |stride| stride.0) {
+            0 => {
+                let what = "byteStride is 0: its elements are taken to be packed";
+                warnings.breach(format_args!("/bufferViews/{view}"), what);
+                size
+            }
+            stride => stride,
+        };
+        if stride < size {
             return Err(format!(
                 "/bufferViews/{view}: byteStride {stride} for elements of {size}"
             ));
@@ -37,7 +55,8 @@ impl<'a> Strided<'a> {
             to_usize(json.byte_offset.unwrap_or_default()),
         );
         if offset % align != 0 || start.wrapping_add(offset) % align != 0 || stride % align != 0 {
-            return Err(format!("{path}: not aligned to its components of {align}"));
+            let what = format_args!("not aligned to its components of {align} bytes");
+            warnings.breach(path, what);
         }
         let length = match count {
             0 => Some(0),
@@ -52,11 +71,23 @@ impl<'a> Strided<'a> {
                 let size = bytes.len();
                 format!("{path}: {count} elements leave the bufferView of {size} bytes")
             })?;
-        Ok(Self { bytes, stride })
+        Ok(Self {
+            bytes: bytes.into(),
+            stride,
+        })
     }
 
-    fn element(&self, i: usize) -> &'a [u8] {
+    fn element(&self, i: usize) -> &[u8] {
         self.bytes.get(i * self.stride..).unwrap_or(&[])
+    }
+}
+
+impl Decoded {
+    fn strided<'a>(self, components: usize) -> Strided<'a> {
+        Strided {
+            bytes: self.bytes.into(),
+            stride: self.component.size() * components,
+        }
     }
 }
 
@@ -79,33 +110,51 @@ struct Sparse<'a> {
 
 impl<'a> Accessor<'a> {
     /// Opens the accessor that stands at `holder`.
-    pub fn open(asset: &Asset<'a>, index: Index<json::Accessor>, holder: &str) -> Checked<Self> {
+    pub fn open(
+        asset: &Asset<'a>,
+        index: Index<json::Accessor>,
+        holder: &str,
+        warnings: &mut Warnings,
+    ) -> Checked<Self> {
+        Self::open_or(asset, index, holder, warnings, |_, _| Ok(None))
+    }
+
+    /// The same; `decode` is asked for its elements, of so many components of that type, first.
+    pub fn open_or(
+        asset: &Asset<'a>,
+        index: Index<json::Accessor>,
+        holder: &str,
+        warnings: &mut Warnings,
+        decode: impl FnOnce(usize, ComponentType) -> Checked<Option<Decoded>>,
+    ) -> Checked<Self> {
         let json = get(asset.root, index, holder)?;
         let path = format!("/accessors/{index}");
-        let count = to_usize(json.count);
         let component = valid(json.component_type, format_args!("{path}/componentType"))?.0;
         let kind = valid(json.type_, format_args!("{path}/type"))?;
         if matches!(kind, Type::Mat2 | Type::Mat3 | Type::Mat4) {
             return Err(format!("{path}/type: a matrix is no vertex data"));
         }
-        let (components, align) = (kind.multiplicity(), component.size());
-        let size = align * components;
-        let dense = match json.buffer_view {
-            Some(view) => {
+        let components = kind.multiplicity();
+        let size = (component.size() * components, component.size());
+        let decoded = decode(components, component).map_err(|fault| format!("{path}: {fault}"))?;
+        let count = decoded.as_ref().map_or(to_usize(json.count), |d| d.count);
+        let dense = match (decoded, json.buffer_view) {
+            (Some(decoded), _) => Some(decoded.strided(components)),
+            (None, Some(view)) => {
                 let place = (view, json.byte_offset.unwrap_or_default());
-                Some(Strided::new(asset, &path, place, count, size, align)?)
+                Some(Strided::new(asset, &path, place, count, size, warnings)?)
             }
-            None if count > MAX_ZEROS => {
+            (None, None) if count > MAX_ZEROS => {
                 return Err(format!(
                     "{path}: {count} elements without a bufferView; at most {MAX_ZEROS}"
                 ));
             }
-            None => None,
+            (None, None) => None,
         };
         let sparse = match &json.sparse {
             Some(sparse) => {
                 let path = format!("{path}/sparse");
-                Some(Sparse::open(asset, sparse, &path, count, size, align)?)
+                Some(Sparse::open(asset, sparse, &path, count, size, warnings)?)
             }
             None => None,
         };
@@ -119,7 +168,19 @@ impl<'a> Accessor<'a> {
         })
     }
 
-    fn element(&self, i: usize) -> &'a [u8] {
+    /// One number for each of the elements that a decoder made.
+    pub fn of(decoded: Decoded) -> Self {
+        Self {
+            count: decoded.count,
+            components: 1,
+            component: decoded.component,
+            normalized: false,
+            dense: Some(decoded.strided(1)),
+            sparse: None,
+        }
+    }
+
+    fn element(&self, i: usize) -> &[u8] {
         if let Some(sparse) = &self.sparse
             && let Some(bytes) = sparse.find(i)
         {
@@ -167,17 +228,19 @@ impl<'a> Sparse<'a> {
         json: &sparse::Sparse,
         path: &str,
         elements: usize,
-        size: usize,
-        align: usize,
+        size: (usize, usize),
+        warnings: &mut Warnings,
     ) -> Checked<Self> {
         let count = to_usize(json.count);
         let at = format!("{path}/indices");
         let kind = json.indices.component_type;
         let index = valid(kind, format_args!("{at}/componentType"))?.0;
         let place = (json.indices.buffer_view, json.indices.byte_offset);
-        let indices = Strided::new(asset, &at, place, count, index.size(), index.size())?;
+        let size_of_index = (index.size(), index.size());
+        let indices = Strided::new(asset, &at, place, count, size_of_index, warnings)?;
         let place = (json.values.buffer_view, json.values.byte_offset);
-        let values = Strided::new(asset, &format!("{path}/values"), place, count, size, align)?;
+        let values = format!("{path}/values");
+        let values = Strided::new(asset, &values, place, count, size, warnings)?;
         asset.charge(count as u64, path)?;
         let sparse = Self {
             count,
@@ -203,7 +266,7 @@ impl<'a> Sparse<'a> {
     }
 
     /// The value that replaces element `element`; binary search, for the indices increase.
-    fn find(&self, element: usize) -> Option<&'a [u8]> {
+    fn find(&self, element: usize) -> Option<&[u8]> {
         let (mut low, mut high) = (0, self.count);
         while low < high {
             let middle = low + (high - low) / 2;

@@ -7,13 +7,17 @@
 //! reference is checked where it is followed, and the fault names its place. Accessors are read in
 //! [`super::accessor`] for the same reason: the crate's readers slice unchecked.
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::fmt::Display;
 use std::rc::Rc;
 
 use gltf::json::validation::{self, USize64};
 use gltf::json::{Buffer, Index, Root, Value, buffer};
 use serde_path_to_error::Segment;
+
+use super::meshopt::Compressed;
+use super::uri::shown;
+use super::warnings::Warnings;
 
 /// A checked read: the fault is a sentence that begins with a JSON path.
 pub(super) type Checked<T> = Result<T, String>;
@@ -47,7 +51,8 @@ pub(super) fn typed(mut json: Value) -> Checked<Root> {
             })
             .collect();
         let path = if path.is_empty() { "/" } else { &path };
-        format!("{path}: {}", error.inner())
+        // It quotes what it did not expect, which can be a data URI.
+        format!("{path}: {}", shown(&error.inner().to_string()))
     })
 }
 
@@ -76,19 +81,30 @@ pub(super) fn to_usize(size: USize64) -> usize {
     size.0.try_into().unwrap_or(usize::MAX)
 }
 
+/// Bytes that decoders may make of the streams of a scene, together, beyond so many for each byte
+/// of its buffers.
+const MAX_DECODED: u64 = 1 << 30;
+const DECODED_PER_BYTE: u64 = 16;
+
 /// A document with the bytes that it refers to.
 pub(super) struct Asset<'a> {
     pub root: &'a Root,
     buffers: &'a [Rc<[u8]>],
+    /// What compressed bufferViews decode to, once they were read.
+    decoded: &'a [OnceCell<Vec<u8>>],
     elements_left: Cell<u64>,
+    decoded_left: Cell<u64>,
 }
 
 impl<'a> Asset<'a> {
-    pub fn new(root: &'a Root, buffers: &'a [Rc<[u8]>]) -> Self {
+    /// `decoded` has an empty cell for each bufferView.
+    pub fn new(root: &'a Root, buffers: &'a [Rc<[u8]>], decoded: &'a [OnceCell<Vec<u8>>]) -> Self {
         let bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
         Self {
             root,
             buffers,
+            decoded,
+            decoded_left: Cell::new(MAX_DECODED + DECODED_PER_BYTE * bytes),
             // Vertices are counted in u32.
             elements_left: Cell::new((MAX_SHARED + PER_BYTE * bytes).min(u32::MAX.into())),
         }
@@ -106,27 +122,99 @@ impl<'a> Asset<'a> {
         Ok(())
     }
 
-    /// The bufferView that the object at `path` refers to, and its bytes.
+    /// Takes `bytes` from what decoders may make for this scene.
+    pub fn charge_decoded(&self, bytes: u64, path: &str) -> Checked<()> {
+        let left = self.decoded_left.get().checked_sub(bytes);
+        self.decoded_left.set(left.ok_or_else(|| {
+            format!("{path}: the scene's compressed data are too large once decoded")
+        })?);
+        Ok(())
+    }
+
+    /// How many elements, and decoded bytes, the scene may still have.
+    pub fn limits(&self) -> (u64, u64) {
+        (self.elements_left.get(), self.decoded_left.get())
+    }
+
+    /// The bufferView that the object at `path` refers to, and its bytes, decoded.
     pub fn view(
         &self,
         index: Index<buffer::View>,
         path: &str,
+        warnings: &mut Warnings,
     ) -> Checked<(&'a buffer::View, &'a [u8])> {
         let view = get(self.root, index, format_args!("{path}/bufferView"))?;
         let path = format!("/bufferViews/{index}");
-        let buffer: &Buffer = get(self.root, view.buffer, format_args!("{path}/buffer"))?;
-        let bytes = self.buffers.get(view.buffer.value());
-        let bytes: &[u8] = bytes.map_or(&[], |bytes| bytes);
-        let size = to_usize(buffer.byte_length).min(bytes.len());
         let offset = to_usize(view.byte_offset.unwrap_or_default());
         let length = to_usize(view.byte_length);
-        let bytes = offset
-            .checked_add(length)
-            .filter(|end| *end <= size)
-            .and_then(|end| bytes.get(offset..end))
-            .ok_or_else(|| {
-                format!("{path}: {length} bytes from {offset} leave its buffer of {size}")
-            })?;
-        Ok((view, bytes))
+        let fault = match self.decoded(index, view, &path, warnings) {
+            Ok(Some(bytes)) => return Ok((view, bytes)),
+            Ok(None) => None,
+            Err(fault) => Some(fault),
+        };
+        let plain = self.slice(view.buffer, offset, length, &path, warnings);
+        match (plain, fault) {
+            (Ok(bytes), None) => Ok((view, bytes)),
+            // The file has the same once more for those that cannot decode.
+            (Ok(bytes), Some(fault)) => {
+                warnings.breach(path, format_args!("not decoded: {fault}"));
+                Ok((view, bytes))
+            }
+            (Err(_), Some(fault)) | (Err(fault), None) => Err(fault),
+        }
+    }
+
+    /// What the compressed bufferView decodes to; `None` where it is not compressed.
+    fn decoded(
+        &self,
+        index: Index<buffer::View>,
+        view: &buffer::View,
+        path: &str,
+        warnings: &mut Warnings,
+    ) -> Checked<Option<&'a [u8]>> {
+        let Some(compressed) = Compressed::of(view, path)? else {
+            return Ok(None);
+        };
+        let Some(cell) = self.decoded.get(index.value()) else {
+            return Ok(None);
+        };
+        if cell.get().is_none() {
+            let words = |fault| format!("{path}: meshopt: {fault}");
+            let size = compressed.decoded_size().map_err(words)?;
+            let Compressed { offset, length, .. } = compressed;
+            let buffer = Index::new(compressed.buffer);
+            let stream = self.slice(buffer, offset, length, path, warnings)?;
+            self.charge_decoded(size as u64, path)?;
+            let bytes = compressed.decode(stream).map_err(words)?;
+            // The cell is empty, so this cannot fail.
+            let _ = cell.set(bytes);
+        }
+        Ok(cell.get().map(Vec::as_slice))
+    }
+
+    /// `length` bytes from `offset` of a buffer, for the bufferView at `path`.
+    fn slice(
+        &self,
+        buffer: Index<Buffer>,
+        offset: usize,
+        length: usize,
+        path: &str,
+        warnings: &mut Warnings,
+    ) -> Checked<&'a [u8]> {
+        let json: &Buffer = get(self.root, buffer, format_args!("{path}/buffer"))?;
+        let bytes = self.buffers.get(buffer.value());
+        let bytes: &[u8] = bytes.map_or(&[], |bytes| bytes);
+        let size = bytes.len();
+        let end = offset.saturating_add(length);
+        let bytes = bytes.get(offset..end).ok_or_else(|| {
+            if json.uri.is_none() && size == 0 {
+                return format!("/buffers/{buffer}: has no uri, and there is no GLB chunk for it");
+            }
+            format!("{path}: {length} bytes from {offset} leave its buffer of {size}")
+        })?;
+        if end > to_usize(json.byte_length) {
+            warnings.breach(path, "leaves the byteLength of its buffer");
+        }
+        Ok(bytes)
     }
 }

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use gltf::json::Value;
 
 use super::asset::Checked;
+use super::uri::shown;
 use super::warnings::Warnings;
 
 #[derive(PartialEq)]
@@ -15,20 +16,22 @@ enum Support {
     Unseen,
     /// Done in a simpler way, also where it is required; the text says how.
     Approximated(&'static str),
-    /// Left out where it is not required; the text says what the picture shows instead.
+    /// Left out, also where it is required; the text says what the picture shows instead.
     Ignored(&'static str),
     /// Left out where it is not required; the text says how to convert a file that requires it.
     Convert(&'static str),
 }
 use Support::{Approximated, Convert, Full, Ignored, Unseen};
 
-const COPY: &str = "`npx @gltf-transform/cli copy in.glb out.glb`";
-
-/// One line for each extension that is known here; the README has them too (see [`extensions_table`]).
+/// One line for each extension that is known here; docs/extensions.md has them, too
+/// (see [`extensions_table`]).
 #[rustfmt::skip]
 const TABLE: &[(&str, Support)] = &[
+    ("CESIUM_RTC", Full),
     ("EXT_mesh_gpu_instancing", Full),
+    ("EXT_meshopt_compression", Full),
     ("EXT_texture_webp", Full),
+    ("KHR_draco_mesh_compression", Full),
     ("KHR_lights_punctual", Full),
     ("KHR_materials_emissive_strength", Full),
     ("KHR_materials_ior", Full),
@@ -36,8 +39,11 @@ const TABLE: &[(&str, Support)] = &[
     ("KHR_materials_transmission", Full),
     ("KHR_materials_volume", Full),
     ("KHR_mesh_quantization", Full),
+    ("KHR_meshopt_compression", Full),
     ("KHR_node_visibility", Full),
+    ("KHR_texture_basisu", Full),
     ("KHR_texture_transform", Full),
+    ("MSFT_texture_dds", Full),
     ("AGI_articulations", Unseen),
     ("AGI_stk_metadata", Unseen),
     ("EXT_instance_features", Unseen),
@@ -55,11 +61,11 @@ const TABLE: &[(&str, Support)] = &[
     ("MSFT_packing_normalRoughnessMetallic", Unseen),
     ("MSFT_packing_occlusionRoughnessMetallic", Unseen),
     ("KHR_animation_pointer", Approximated("the scene as it stands")),
+    ("KHR_materials_pbrSpecularGlossiness", Approximated("the metallic-roughness material that looks the same")),
     ("KHR_materials_unlit", Approximated("the eye sees 1 nit × base colour, also in mirrors and through glass; it casts no light and no shadow")),
     ("KHR_materials_variants", Approximated("the default material")),
     ("MSFT_lod", Approximated("the finest level")),
     ("ADOBE_materials_thin_transparency", Ignored("the glTF material is used")),
-    ("CESIUM_RTC", Ignored("the model stands at its own origin")),
     ("EXT_lights_ies", Ignored("lamps shine evenly")),
     ("EXT_lights_image_based", Ignored("`--env` lights the scene")),
     ("KHR_gaussian_splatting", Ignored("there are no splats")),
@@ -70,15 +76,10 @@ const TABLE: &[(&str, Support)] = &[
     ("KHR_materials_iridescence", Ignored("there is no thin film")),
     ("KHR_materials_sheen", Ignored("there is no sheen")),
     ("KHR_materials_volume_scatter", Ignored("nothing scatters inside")),
+    ("KHR_technique_webgl", Ignored("shaders are not run, the glTF material is used")),
+    ("KHR_techniques_webgl", Ignored("shaders are not run, the glTF material is used")),
     ("NV_materials_mdl", Ignored("the glTF material is used")),
-    ("EXT_meshopt_compression", Convert(COPY)),
-    ("KHR_draco_mesh_compression", Convert(COPY)),
-    ("KHR_meshopt_compression", Convert(COPY)),
-    ("EXT_texture_avif", Convert("`npx @gltf-transform/cli png in.glb out.glb`")),
-    ("KHR_materials_pbrSpecularGlossiness", Convert("`npx @gltf-transform/cli metalrough in.glb out.glb`")),
-    ("KHR_techniques_webgl", Convert("export it anew with metallic-roughness materials")),
-    ("KHR_texture_basisu", Convert("`npx @gltf-transform/cli ktxdecompress in.glb out.glb`")),
-    ("MSFT_texture_dds", Convert("export it anew with PNG or JPEG textures")),
+    ("EXT_texture_avif", Convert("`npx @gltf-transform/cli png in.glb out.glb --formats avif`")),
 ];
 
 fn support(name: &str) -> Option<&'static Support> {
@@ -86,7 +87,7 @@ fn support(name: &str) -> Option<&'static Support> {
     Some(&row.1)
 }
 
-/// The table as the README shows it, in Markdown.
+/// The table as docs/extensions.md shows it, in Markdown.
 pub fn extensions_table() -> String {
     let row = |title: &str, wanted: fn(&Support) -> bool| {
         let cells: Vec<String> = TABLE
@@ -109,9 +110,7 @@ pub fn extensions_table() -> String {
         row("supported", |s| *s == Full),
         row("no effect on pictures", |s| *s == Unseen),
         row("approximated", |s| matches!(s, Approximated(_))),
-        row("ignored; refused where required", |s| {
-            matches!(s, Ignored(_))
-        }),
+        row("left out, with a warning", |s| matches!(s, Ignored(_))),
         row("refused where required: convert the file", |s| {
             matches!(s, Convert(_))
         }),
@@ -125,15 +124,15 @@ pub fn extensions_table() -> String {
 pub(super) fn check(json: &Value, warnings: &mut Warnings) -> Checked<Vec<(String, String)>> {
     for (i, name) in names(json, "extensionsRequired") {
         let fix = match support(name) {
-            Some(Full | Unseen | Approximated(_)) => continue,
+            Some(Full | Unseen | Approximated(_) | Ignored(_)) => continue,
             Some(Convert(how)) => format!("convert the file: {}", how.replace('`', "")),
-            Some(Ignored(instead)) => {
-                format!("take it out of extensionsRequired to render without: {instead}")
+            None => {
+                "it is unknown here; take it out of extensionsRequired to render without it".into()
             }
-            None => "it is unknown here".into(),
         };
         return Err(format!(
-            "/extensionsRequired/{i}: the file requires {name}, which is not supported; {fix}"
+            "/extensionsRequired/{i}: the file requires {}, which is not supported; {fix}",
+            shown(name)
         ));
     }
     let mut met = Vec::new();
@@ -161,7 +160,7 @@ fn becomes(name: &str) -> String {
         Some(Full) => "supported".into(),
         Some(Unseen) => "no effect on pictures".into(),
         Some(Approximated(how)) => format!("approximated: {how}"),
-        Some(Ignored(instead)) => format!("ignored: {instead}"),
+        Some(Ignored(instead)) => format!("left out: {instead}"),
         Some(Convert(how)) => format!("ignored; convert the file: {}", how.replace('`', "")),
         None => "unknown here and ignored".into(),
     }
@@ -222,13 +221,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_readme_says_what_becomes_of_each_extension() {
-        let readme = include_str!("../../README.md");
+    fn the_documentation_says_what_becomes_of_each_extension() {
+        let document = include_str!("../../docs/extensions.md");
         let table = extensions_table();
-        assert!(
-            readme.contains(&table),
-            "the README's table must be\n{table}"
-        );
+        assert!(document.contains(&table), "the table must be\n{table}");
         for (i, (name, _)) in TABLE.iter().enumerate() {
             assert!(
                 TABLE[..i].iter().all(|(before, _)| before != name),

@@ -13,7 +13,7 @@ use super::node::{MAX_COORDINATE, Node};
 use super::primitive::{self, Attributes, Triangles};
 use super::tangent::unit;
 use super::warnings::Warnings;
-use super::{Material, Mesh as SceneMesh, Scene, Triangle, Vertex};
+use super::{Material, Mesh as SceneMesh, Scene, Triangle, Vertex, normal};
 
 /// A scene that lies more than so many of its own extents from the origin is moved there before its positions
 /// become f32: each doubling costs them a bit of 24.
@@ -79,7 +79,7 @@ pub(super) fn add_meshes<'a>(
         if let Some(index) = node.json.mesh {
             let mesh = get(asset.root, index, format_args!("{path}/mesh"))?;
             let entry = instances.entry(index.value());
-            let places = instancing::places(asset, node)?.into_iter();
+            let places = instancing::places(asset, node, warnings)?.into_iter();
             let (_, all) = entry.or_insert((mesh, Vec::new()));
             all.extend(places.map(|place| (path.as_str(), place)));
             if node.json.skin.is_some() {
@@ -261,7 +261,7 @@ fn add(
             let vertex = &mut vertices[i as usize];
             // A node that flattens its mesh can flatten normals away.
             if vertex.normal_w == Vec3::ZERO
-                && let Some(normal) = primitive::face_normal(corners)
+                && let Some(normal) = normal::face_normal(corners)
             {
                 vertex.normal_w = normal;
                 if vertex.tangent_w.w != 0.0 {

@@ -7,23 +7,28 @@ use gltf::json::accessor::ComponentType;
 use super::accessor::Accessor;
 use super::asset::{Asset, Checked};
 use super::node::Node;
+use super::warnings::Warnings;
 
 /// Where a node shows its mesh: once, or where the extension says. Instances that are scaled to nothing are left out.
-pub(super) fn places(asset: &Asset, node: &Node) -> Checked<Vec<DAffine3>> {
+pub(super) fn places(
+    asset: &Asset,
+    node: &Node,
+    warnings: &mut Warnings,
+) -> Checked<Vec<DAffine3>> {
     const NAME: &str = "EXT_mesh_gpu_instancing";
     let extensions = node.json.extensions.as_ref();
     let Some(json) = extensions.and_then(|all| all.others.get(NAME)) else {
         return Ok(vec![node.world_from_node]);
     };
     let path = format!("{}/extensions/{NAME}/attributes", node.path);
-    let open = |key: &str, components: usize| {
+    let mut open = |key: &str, components: usize| {
         let path = format!("{path}/{key}");
         let Some(index) = json.get("attributes").and_then(|all| all.get(key)) else {
             return Ok(None);
         };
         let index = index.as_u64().and_then(|i| u32::try_from(i).ok());
         let index = index.ok_or_else(|| format!("{path}: must be an index"))?;
-        let accessor = Accessor::open(asset, Index::new(index), &path)?;
+        let accessor = Accessor::open(asset, Index::new(index), &path, warnings)?;
         if accessor.components != components || accessor.component == ComponentType::U32 {
             return Err(format!(
                 "{path}: has a type that the extension does not allow"

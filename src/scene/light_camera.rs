@@ -67,7 +67,7 @@ fn cones(spot: &punctual::Spot, path: &str, warnings: &mut Warnings) -> Checked<
     }
     // π/2, written with few digits, is often a little too large: no reason to warn.
     if outer > FRAC_PI_2 + 1e-3 {
-        warnings.add(path, "outerConeAngle is above π/2: moved there");
+        warnings.breach(path, "outerConeAngle is above π/2: moved there");
     }
     let outer = outer.min(FRAC_PI_2);
     Ok((inner.min(outer.next_down()), outer))
@@ -134,7 +134,7 @@ fn orthographic(
             ));
         }
         if mag < 0.0 {
-            warnings.add(
+            warnings.breach(
                 format_args!("{path}/{key}"),
                 "is negative: taken as positive",
             );

@@ -1,13 +1,15 @@
 //! The way from a file to a [`Scene`].
 
-use std::path::Path;
+use std::cell::OnceCell;
+use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, Vec3, Vec3A};
 use gltf::json::{Root, Value};
 
 use super::asset::{self, Asset, Checked};
-use super::container::{self, Resources};
+use super::container;
 use super::node::{self, Node};
+use super::resources::{self, Resources};
 use super::texture::Textures;
 use super::warnings::Warnings;
 use super::{
@@ -25,30 +27,67 @@ use crate::{Error, Result};
 ///
 /// Source: Khronos glTF 2.0 specification, 2.0.1.
 pub fn load(path: &Path) -> Result<Scene> {
-    let bytes = container::read_main(path).map_err(|error| Error::io(path, error))?;
-    let mut resources = Resources::new(path, &bytes);
-    let scene = read(&bytes, &mut resources).map_err(|fault| Error::scene(path, fault))?;
+    load_with(path, &LoadOptions::default())
+}
+
+/// How much a file is trusted, and how strictly it is read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoadOptions {
+    /// A folder: what lies in it may be referred to, too, by paths that leave the scene's own
+    /// folder and by symbolic links.
+    pub root: Option<PathBuf>,
+    /// Refuse files that break a rule of glTF, also where they can be given a meaning.
+    pub strict: bool,
+}
+
+/// As [`load`], with options.
+///
+/// # Errors
+/// Those of [`load`].
+pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene> {
+    if let Some(root) = &options.root
+        && !root.is_dir()
+    {
+        let fault = format!("{} is no folder", root.display());
+        return Err(Error::Option {
+            option: "--root",
+            fault,
+        });
+    }
+    let bytes = resources::read_main(path).map_err(|error| Error::io(path, error))?;
+    let resources = Resources::new(path, &bytes, options);
+    let mut resources = resources.map_err(|error| Error::io(path, error))?;
+    let mut warnings = Warnings::default();
+    let scene = read(&bytes, &mut resources, &mut warnings);
+    let scene = scene.map_err(|fault| Error::scene(path, fault))?;
+    if let Some(breach) = warnings.first_breach().filter(|_| options.strict) {
+        return Err(Error::scene(path, format!("{breach}: refused by --strict")));
+    }
     Ok(Scene {
         path: path.into(),
+        hash: resources.hash(),
+        files: resources.into_paths(),
+        warnings: warnings.into_lines(),
         ..scene
     })
 }
 
-fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
-    let (json, bin) = container::split(bytes)?;
+fn read(bytes: &[u8], resources: &mut Resources, warnings: &mut Warnings) -> Checked<Scene> {
+    let (json, bin) = container::split(bytes, warnings)?;
     check_version(&json)?;
-    let mut warnings = Warnings::default();
-    let extensions = extensions::check(&json, &mut warnings)?;
+    let extensions = extensions::check(&json, warnings)?;
+    let center = node::center(&json)?;
     let animations = json.get("animations").and_then(Value::as_array);
     let animated = animations.is_some_and(|animations| !animations.is_empty());
     let root = asset::typed(json)?;
-    let buffers = container::buffers(&root, bin.as_deref(), resources)?;
-    let asset = Asset::new(&root, &buffers);
+    let buffers = container::buffers(&root, bin, resources, warnings)?;
+    let decoded: Vec<_> = root.buffer_views.iter().map(|_| OnceCell::new()).collect();
+    let asset = Asset::new(&root, &buffers, &decoded);
 
-    let mut nodes = node::nodes(&root, &mut warnings)?;
+    let mut nodes = node::nodes(&root, center, warnings)?;
     let mut textures = Textures::new(&asset, resources);
     let mut scene = Scene {
-        materials: material::materials(&root, &mut textures, &mut warnings)?,
+        materials: material::materials(&root, &mut textures, warnings)?,
         extensions,
         ..Scene::default()
     };
@@ -58,11 +97,11 @@ fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     for node in &mut nodes {
         node.world_from_node.translation -= scene.origin;
     }
-    geometry::add_meshes(&asset, &nodes, &mut scene, &mut warnings)?;
+    geometry::add_meshes(&asset, &nodes, &mut scene, warnings)?;
     if scene.stored_triangles().next().is_none() {
         return Err("no triangles to render".into());
     }
-    add_lights_and_cameras(&root, &nodes, &mut scene, &mut warnings)?;
+    add_lights_and_cameras(&root, &nodes, &mut scene, warnings)?;
     if scene.cameras.is_empty() {
         let (low, high) = scene.bounds();
         scene.cameras.push(light_camera::framing(low, high));
@@ -70,8 +109,6 @@ fn read(bytes: &[u8], resources: &mut Resources) -> Checked<Scene> {
     if animated {
         warnings.add("/animations", "not supported: the scene as it stands");
     }
-    scene.warnings = warnings.into_lines();
-    scene.hash = resources.hash();
     Ok(scene)
 }
 

@@ -9,16 +9,16 @@ use gltf::json::texture::Info;
 use gltf::json::{self, Root};
 
 use super::asset::{Checked, valid};
-use super::texture::Textures;
+use super::texture::{Meaning, Textures};
 use super::warnings::Warnings;
-use super::{Alpha, Material};
+use super::{Alpha, Material, specular_glossiness};
 
 /// Above this a radiometric number [nit, cd, lx] or σ [1/m] would overflow f32 once multiplied.
 pub(super) const MAX_RADIANCE: f32 = 1e20;
 const MAX_ABSORPTION: f64 = 1e30;
 /// From here on glass reflects 99.6 % at normal incidence. It also stands for KHR_materials_ior's
 /// ior 0, which means "all light is reflected".
-const MAX_IOR: f32 = 1000.0;
+pub(super) const MAX_IOR: f32 = 1000.0;
 
 /// All materials of the file, in its order.
 pub(super) fn materials(
@@ -48,16 +48,21 @@ fn material(
     if let Some(normal) = &json.normal_texture {
         let info = Some(normal_info(normal, path)?);
         material.normal_texture =
-            textures.texture(&info, path, "normalTexture", false, warnings)?;
+            textures.texture(&info, path, "normalTexture", Meaning::Data, warnings)?;
         let key = "normalTexture/scale";
         material.normal_scale = factor(normal.scale, -1e6..=1e6, path, key, warnings);
     }
     let emission = json.emissive_factor.0;
     material.emission = factors(emission, 0.0..=1.0, path, "emissiveFactor", warnings).into();
     let info = &json.emissive_texture;
-    material.emission_texture = textures.texture(info, path, "emissiveTexture", true, warnings)?;
+    material.emission_texture =
+        textures.texture(info, path, "emissiveTexture", Meaning::Color, warnings)?;
     if let Some(extensions) = &json.extensions {
         extend(extensions, path, &mut material, textures, warnings)?;
+        if let Some(json) = &extensions.pbr_specular_glossiness {
+            let path = format!("{path}/extensions/KHR_materials_pbrSpecularGlossiness");
+            specular_glossiness::convert(json, &path, &mut material, textures, warnings)?;
+        }
         if extensions.others.contains_key("KHR_materials_unlit") {
             return Ok(unlit(material));
         }
@@ -80,9 +85,10 @@ fn metallic_roughness(
     material.metallic = factor(metallic, 0.0..=1.0, path, "metallicFactor", warnings);
     material.roughness = factor(roughness, 0.0..=1.0, path, "roughnessFactor", warnings);
     let (info, key) = (&json.base_color_texture, "baseColorTexture");
-    material.base_color_texture = textures.texture(info, path, key, true, warnings)?;
+    material.base_color_texture = textures.texture(info, path, key, Meaning::Color, warnings)?;
     let (info, key) = (&json.metallic_roughness_texture, "metallicRoughnessTexture");
-    material.metallic_roughness_texture = textures.texture(info, path, key, false, warnings)?;
+    material.metallic_roughness_texture =
+        textures.texture(info, path, key, Meaning::Data, warnings)?;
     Ok(())
 }
 
@@ -156,17 +162,19 @@ fn extend(
         let specular = json.specular_factor.0;
         material.specular = factor(specular, 0.0..=1.0, path, "specularFactor", warnings);
         let (info, key) = (&json.specular_texture, "specularTexture");
-        material.specular_texture = textures.texture(info, path, key, false, warnings)?;
+        material.specular_texture = textures.texture(info, path, key, Meaning::Data, warnings)?;
         let color = factors(color, 0.0..=1e6, path, "specularColorFactor", warnings);
         material.specular_color = color.into();
         let (info, key) = (&json.specular_color_texture, "specularColorTexture");
-        material.specular_color_texture = textures.texture(info, path, key, true, warnings)?;
+        material.specular_color_texture =
+            textures.texture(info, path, key, Meaning::Color, warnings)?;
     }
     if let Some(json) = &extensions.transmission {
         let (path, share) = (&path("transmission"), json.transmission_factor.0);
         material.transmission = factor(share, 0.0..=1.0, path, "transmissionFactor", warnings);
         let (info, key) = (&json.transmission_texture, "transmissionTexture");
-        material.transmission_texture = textures.texture(info, path, key, false, warnings)?;
+        material.transmission_texture =
+            textures.texture(info, path, key, Meaning::Data, warnings)?;
     }
     if let Some(json) = &extensions.volume {
         // The thickness itself, and its texture, are for rasterizers; here light crosses the mesh.
@@ -187,7 +195,7 @@ fn absorption(json: &Volume, path: &str, warnings: &mut Warnings) -> Vec3 {
     let distance = f64::from(json.attenuation_distance.0);
     if distance <= 0.0 {
         let what = "attenuationDistance must be above 0: the least possible is used";
-        warnings.add(path, what);
+        warnings.breach(path, what);
     }
     if distance == f64::INFINITY {
         return Vec3::ZERO;
@@ -220,7 +228,7 @@ pub(super) fn factors<const N: usize>(
     let (low, high) = (*range.start(), *range.end());
     if !values.iter().all(|value| range.contains(value)) {
         let what = format_args!("not within [{low}, {high:?}]: moved there");
-        warnings.add(format_args!("{path}/{key}"), what);
+        warnings.breach(format_args!("{path}/{key}"), what);
     }
     values.map(|value| value.clamp(low, high))
 }

@@ -6,17 +6,28 @@
 mod accessor;
 mod asset;
 mod container;
+mod dds;
+mod draco;
 mod environment;
 mod extensions;
 mod geometry;
+mod guard;
 mod instancing;
+mod ktx2;
 mod light_camera;
 mod load;
 mod material;
+mod meshopt;
 mod node;
+mod normal;
+mod picture;
 mod primitive;
+mod resources;
+mod specular_glossiness;
 mod tangent;
+mod texels;
 mod texture;
+mod uri;
 mod warnings;
 
 use std::path::PathBuf;
@@ -25,7 +36,7 @@ use glam::{Affine3A, DVec3, Mat4, Vec2, Vec3, Vec4};
 
 pub use environment::{Environment, Source};
 pub use extensions::extensions_table;
-pub use load::{load, moved};
+pub use load::{LoadOptions, load, load_with, moved};
 
 /// A loaded scene. Units: metres, candela, lux, nit (see the README).
 #[derive(Debug, Clone, Default)]
@@ -54,6 +65,8 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// The file, for messages.
     pub path: PathBuf,
+    /// Where all files that it was read from really lie, links followed: not to be overwritten.
+    pub files: Vec<PathBuf>,
     /// blake3 of all bytes that the scene was read from (the file and what it refers to), and of the environment.
     pub hash: [u8; 32],
 }

@@ -1,8 +1,8 @@
 //! The node hierarchy, flattened to world transforms.
 
-use glam::{DAffine3, DMat3, DQuat, Mat4, Vec3, Vec4};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Mat4, Vec3, Vec4};
 use gltf::json::scene;
-use gltf::json::{Index, Root};
+use gltf::json::{Index, Root, Value};
 
 use super::asset::{Checked, get};
 use super::warnings::Warnings;
@@ -20,7 +20,11 @@ pub(super) struct Node<'a> {
 
 /// All nodes of the default scene, parents before children, siblings in the file's order. Nodes
 /// that are scaled to nothing (glTF's way to hide them) or not visible are left out, with what hangs on them.
-pub(super) fn nodes<'a>(root: &'a Root, warnings: &mut Warnings) -> Checked<Vec<Node<'a>>> {
+pub(super) fn nodes<'a>(
+    root: &'a Root,
+    center: DVec3,
+    warnings: &mut Warnings,
+) -> Checked<Vec<Node<'a>>> {
     let mut seen = vec![false; root.nodes.len()];
     let mut nodes = Vec::new();
     // An explicit stack: a chain may be as deep as the file is long.
@@ -43,7 +47,7 @@ pub(super) fn nodes<'a>(root: &'a Root, warnings: &mut Warnings) -> Checked<Vec<
         &mut stack,
         roots,
         &format!("/scenes/{i}/nodes"),
-        DAffine3::IDENTITY,
+        DAffine3::from_translation(center),
     )?;
     while let Some((i, json, world_from_parent)) = stack.pop() {
         let path = format!("/nodes/{i}");
@@ -81,6 +85,23 @@ pub(super) fn nodes<'a>(root: &'a Root, warnings: &mut Warnings) -> Checked<Vec<
     Ok(nodes)
 }
 
+/// CESIUM_RTC: where the model stands, in its own axes; the Earth's middle is then the origin.
+pub(super) fn center(json: &Value) -> Checked<DVec3> {
+    let Some(rtc) = json.pointer("/extensions/CESIUM_RTC") else {
+        return Ok(DVec3::ZERO);
+    };
+    let numbers = rtc.get("center").and_then(Value::as_array);
+    let numbers: Vec<f64> = numbers
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_f64)
+        .collect();
+    match numbers[..] {
+        [x, y, z] if DVec3::new(x, y, z).is_finite() => Ok(DVec3::new(x, y, z)),
+        _ => Err("/extensions/CESIUM_RTC/center: must be three numbers".into()),
+    }
+}
+
 /// KHR_node_visibility.
 fn is_hidden(node: &scene::Node) -> bool {
     let extensions = node.extensions.as_ref();
@@ -103,7 +124,7 @@ fn parent_from_node(node: &scene::Node, path: &str, warnings: &mut Warnings) -> 
         rotation / length
     } else {
         let path = format_args!("{path}/rotation");
-        warnings.add(path, "is no rotation (length 0): not rotated");
+        warnings.breach(path, "is no rotation (length 0): not rotated");
         DQuat::IDENTITY
     };
     Ok(DAffine3::from_scale_rotation_translation(

@@ -2,16 +2,17 @@
 
 use std::collections::HashMap;
 
-use glam::{DVec3, Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 use gltf::json::accessor::{ComponentType, VALID_INDEX_TYPES};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked::Valid;
 
 use super::accessor::Accessor;
 use super::asset::{Asset, Checked, valid};
+use super::draco::Draco;
 use super::tangent::add_tangents;
 use super::warnings::Warnings;
-use super::{Material, TextureRef};
+use super::{Material, TextureRef, normal};
 
 /// A vertex in object space, otherwise like [`super::Vertex`].
 #[derive(Debug, Clone, Copy)]
@@ -62,44 +63,57 @@ impl<'a> Attributes<'a> {
             let what = "morph targets are not supported: the base shape";
             warnings.add(format_args!("{path}/targets"), what);
         }
-        let open = |semantic: Semantic, sizes: &[usize]| {
-            let place = format!("{path}/attributes/{}", semantic.to_string());
+        let draco = Draco::open(asset, json, path, warnings)?;
+        let mut open = |semantic: Semantic, sizes: &[usize]| {
+            let name = semantic.to_string();
+            let place = format!("{path}/attributes/{name}");
             let Some(&index) = json.attributes.get(&Valid(semantic)) else {
                 return Ok(None);
             };
-            let accessor = Accessor::open(asset, index, &place)?;
+            let decode = |components, component| match &draco {
+                Some(draco) => draco.attribute(&name, components, component),
+                None => Ok(None),
+            };
+            let accessor = Accessor::open_or(asset, index, &place, warnings, decode)?;
             if !sizes.contains(&accessor.components) || accessor.component == ComponentType::U32 {
                 return Err(format!("{place}: has a type that glTF does not allow"));
             }
             Ok(Some(accessor))
         };
-        let Some(position) = open(Semantic::Positions, &[3])? else {
+        let position = open(Semantic::Positions, &[3])?;
+        let normal = open(Semantic::Normals, &[3])?;
+        // glTF 2.0, section 3.7.2.1: without normals, tangents do not count.
+        let tangent = open(Semantic::Tangents, &[4])?.filter(|_| normal.is_some());
+        let uv = [
+            open(Semantic::TexCoords(0), &[2])?,
+            open(Semantic::TexCoords(1), &[2])?,
+        ];
+        let color = open(Semantic::Colors(0), &[3, 4])?;
+        let Some(position) = position else {
             let what = "lacks POSITION: left out";
             warnings.add(format_args!("{path}/attributes"), what);
             return Ok(None);
         };
-        let indices = json
-            .indices
-            .map(|index| Accessor::open(asset, index, &format!("{path}/indices")));
-        let indices = indices.transpose()?;
+        let at = format!("{path}/indices");
+        let indices = match (&draco, json.indices) {
+            (Some(draco), _) => Some(Accessor::of(draco.indices())),
+            (None, Some(index)) => Some(Accessor::open(asset, index, &at, warnings)?),
+            (None, None) => None,
+        };
+        // The encoder made a list of triangles of what the mode says.
+        let mode = draco.map_or(mode, |_| Mode::Triangles);
         if let Some(indices) = &indices
             && (indices.components != 1
                 || !VALID_INDEX_TYPES.contains(&indices.component.as_gl_enum()))
         {
             return Err(format!("{path}/indices: must be unsigned integers"));
         }
-        let normal = open(Semantic::Normals, &[3])?;
-        // glTF 2.0, section 3.7.2.1: without normals, tangents do not count.
-        let tangent = open(Semantic::Tangents, &[4])?.filter(|_| normal.is_some());
         let attributes = Self {
             indices,
             normal,
             tangent,
-            uv: [
-                open(Semantic::TexCoords(0), &[2])?,
-                open(Semantic::TexCoords(1), &[2])?,
-            ],
-            color: open(Semantic::Colors(0), &[3, 4])?,
+            uv,
+            color,
             position,
             mode,
         };
@@ -110,19 +124,22 @@ impl<'a> Attributes<'a> {
                 return Err(format!("{path}/attributes: have different counts"));
             }
         }
-        if mode == Mode::Triangles && !attributes.corners().is_multiple_of(3) {
-            let corners = attributes.corners();
-            return Err(format!("{path}: {corners} indices are not whole triangles"));
+        if mode == Mode::Triangles && !attributes.elements().is_multiple_of(3) {
+            warnings.breach(path, "the last indices are no whole triangle: left out");
         }
         Ok(Some(attributes))
     }
 
+    /// How many indices, or else vertices, there are.
+    fn elements(&self) -> usize {
+        self.indices.as_ref().unwrap_or(&self.position).count
+    }
+
     /// How many corners its triangles have.
     pub fn corners(&self) -> usize {
-        let indices = self.indices.as_ref().unwrap_or(&self.position).count;
         match self.mode {
-            Mode::Triangles => indices,
-            _ => indices.saturating_sub(2) * 3,
+            Mode::Triangles => self.elements() / 3 * 3,
+            _ => self.elements().saturating_sub(2) * 3,
         }
     }
 
@@ -185,8 +202,12 @@ pub(super) fn read(
             })
         }));
     }
-    repair_numbers(&mut primitive, path, warnings)?;
-    complete_normals(&mut primitive);
+    repair_numbers(&mut primitive, path, warnings);
+    normal::complete(&mut primitive);
+    if normal::turn_to_faces(&mut primitive) {
+        let what = "NORMALs point away from their faces: turned to their side";
+        warnings.breach(mesh_of(path), what);
+    }
     let material = material.and_then(|i| materials.get(i));
     if let Some(material) = material {
         require_uvs(material, attributes, path, warnings);
@@ -202,12 +223,24 @@ pub(super) fn read(
     Ok(primitive)
 }
 
-/// Refuses positions that are no numbers; other such data becomes neutral, with a warning.
-fn repair_numbers(primitive: &mut Triangles, path: &str, warnings: &mut Warnings) -> Checked<()> {
-    let mut repaired = [false; 2];
+/// The path of the mesh whose primitive stands at `path`.
+fn mesh_of(path: &str) -> &str {
+    path.split("/primitives").next().unwrap_or(path)
+}
+
+/// What is no number becomes neutral, with a warning; triangles without a place are left out.
+fn repair_numbers(primitive: &mut Triangles, path: &str, warnings: &mut Warnings) {
+    let mut repaired = [false; 3];
+    let vertices = &primitive.vertices;
+    primitive.triangles.retain(|triangle| {
+        let is_somewhere = |i: u32| vertices[i as usize].position_o.is_finite();
+        let kept = triangle.iter().all(|i| is_somewhere(*i));
+        repaired[2] |= !kept;
+        kept
+    });
     for vertex in &mut primitive.vertices {
         if !vertex.position_o.is_finite() {
-            return Err(format!("{path}: a POSITION is not finite"));
+            vertex.position_o = Vec3::ZERO;
         }
         for uv in &mut vertex.uv {
             // Texture coordinates beyond this have no fraction left in f32.
@@ -227,53 +260,13 @@ fn repair_numbers(primitive: &mut Triangles, path: &str, warnings: &mut Warnings
     let what = [
         "a TEXCOORD is not finite or too large: (0, 0) is used",
         "a COLOR_0 is not within [0, 1]: moved there",
+        "a POSITION is infinite or no number: its triangles are left out",
     ];
     for (what, repaired) in what.iter().zip(repaired) {
         if repaired {
-            warnings.add(path, what);
+            warnings.breach(path, what);
         }
     }
-    Ok(())
-}
-
-/// Makes every normal a unit vector. Where the file has none, or none of any use, the vertices of
-/// different triangles part and get the face normals (glTF 2.0, section 3.7.2.1: flat normals).
-fn complete_normals(primitive: &mut Triangles) {
-    let vertices = &mut primitive.vertices;
-    let mut flat = Vec::new();
-    for vertex in vertices.iter_mut() {
-        let normal = vertex.normal_o.as_dvec3().try_normalize();
-        vertex.normal_o = normal.map_or(Vec3::ZERO, DVec3::as_vec3);
-        flat.push(normal.is_none());
-    }
-    // Triangles without a face normal have no area, whatever the node does to them.
-    primitive.triangles.retain_mut(|triangle| {
-        let corners = triangle.map(|i| vertices[i as usize]);
-        let Some(normal) = face_normal(corners.map(|corner| corner.position_o)) else {
-            return false;
-        };
-        for (i, mut corner) in triangle.iter_mut().zip(corners) {
-            if flat[*i as usize] {
-                // The first triangle takes the vertex itself, any other a copy.
-                let first = corner.normal_o == Vec3::ZERO;
-                corner.normal_o = normal;
-                if first {
-                    vertices[*i as usize] = corner;
-                } else {
-                    *i = vertices.len() as u32;
-                    vertices.push(corner);
-                }
-            }
-        }
-        true
-    });
-}
-
-/// The unit normal of a counter-clockwise triangle; `None` where its area is zero.
-pub(super) fn face_normal(corners: [Vec3; 3]) -> Option<Vec3> {
-    let [a, b, c] = corners.map(Vec3::as_dvec3);
-    let normal = (b - a).cross(c - a).try_normalize()?;
-    Some(normal.as_vec3())
 }
 
 /// Warns where the material needs texture coordinates that the primitive lacks.
@@ -282,7 +275,7 @@ fn require_uvs(material: &Material, attributes: &Attributes, path: &str, warning
         let needed = textures(material).any(|texture| texture.uv_set == set);
         if needed && attributes.uv[set as usize].is_none() {
             let what = format!("lacks TEXCOORD_{set}, which its material needs: (0, 0) is used");
-            warnings.add(format_args!("{path}/attributes"), what);
+            warnings.breach(format_args!("{path}/attributes"), what);
         }
     }
 }

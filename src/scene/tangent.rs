@@ -30,7 +30,7 @@ pub(super) fn add_tangents(
         return;
     }
     if vertices.iter().any(|vertex| vertex.tangent_o != Vec4::ZERO) {
-        warnings.add(path, "a TANGENT is of no use (length 0): all are made anew");
+        warnings.breach(path, "a TANGENT is of no use (length 0): all are made anew");
     }
     let rows = texture.transform;
     let uv = |i: u32| {

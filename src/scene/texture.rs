@@ -1,34 +1,38 @@
 //! Textures, samplers and images, decoded within limits.
 
 use std::collections::HashMap;
-use std::io::Cursor;
 
 use glam::Vec3;
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::texture::{Info, MagFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked::Valid;
 use gltf::json::{self, Index};
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 
 use super::asset::{Asset, Checked, get, valid};
-use super::container::Resources;
+use super::picture::{self, MAX_IMAGES_BYTES};
+use super::resources::Resources;
 use super::warnings::Warnings;
-use super::{Image, Texture, TextureRef, Wrap};
+use super::{Image, Texture, TextureRef, Wrap, specular_glossiness};
 
-/// Texels a side; what every Vulkan device with ray tracing offers.
-const MAX_SIDE: u32 = 16384;
-/// Bytes of one decoded image, and of all images of a scene together.
-const MAX_IMAGE_BYTES: u64 = 512 << 20;
-const MAX_IMAGES_BYTES: u64 = 4 << 30;
+/// What the texels of a texture stand for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Meaning {
+    /// sRGB.
+    Color,
+    /// Linear.
+    Data,
+    /// The roughness that follows from glossiness in A times `factor` / 255.
+    Glossiness { factor: u8 },
+}
 
-/// Loads each texture once for each meaning (colour or data), each image once.
+/// Loads each texture once for each meaning, each image once.
 pub(super) struct Textures<'a, 'b> {
     asset: &'b Asset<'a>,
     resources: &'b mut Resources,
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
-    texture_index: HashMap<(usize, bool), Option<u32>>,
-    image_index: HashMap<usize, Option<u32>>,
+    texture_index: HashMap<(usize, Meaning), Option<u32>>,
+    image_index: HashMap<(usize, Option<u8>), Option<u32>>,
     bytes_left: u64,
 }
 
@@ -53,7 +57,7 @@ impl<'a, 'b> Textures<'a, 'b> {
         info: &Option<Info>,
         path: &str,
         key: &str,
-        srgb: bool,
+        meaning: Meaning,
         warnings: &mut Warnings,
     ) -> Checked<Option<TextureRef>> {
         let Some(info) = info else {
@@ -70,12 +74,12 @@ impl<'a, 'b> Textures<'a, 'b> {
             warnings.add(format_args!("{path}/{key}"), what);
             uv_set = 0;
         }
-        let key = (info.index.value(), srgb);
+        let key = (info.index.value(), meaning);
         let loaded = match self.texture_index.get(&key) {
             Some(loaded) => *loaded,
             None => {
                 let path = format!("/textures/{}", info.index);
-                let loaded = self.load(json, &path, srgb, warnings)?;
+                let loaded = self.load(json, &path, meaning, warnings)?;
                 self.texture_index.insert(key, loaded);
                 loaded
             }
@@ -91,15 +95,10 @@ impl<'a, 'b> Textures<'a, 'b> {
         &mut self,
         json: &json::Texture,
         path: &str,
-        srgb: bool,
+        meaning: Meaning,
         warnings: &mut Warnings,
     ) -> Checked<Option<u32>> {
         let root = self.asset.root;
-        let Some((index, at)) = source(json, path)? else {
-            warnings.add(path, "has no image that can be read: left out");
-            return Ok(None);
-        };
-        let image = get(root, index, at)?;
         let (wrap, nearest) = match json.sampler {
             Some(index) => {
                 let sampler = get(root, index, format_args!("{path}/sampler"))?;
@@ -107,59 +106,117 @@ impl<'a, 'b> Textures<'a, 'b> {
             }
             None => ([Wrap::Repeat; 2], false),
         };
-        let loaded = match self.image_index.get(&index.value()) {
-            Some(loaded) => *loaded,
-            None => {
-                let path = format!("/images/{index}");
-                let loaded = match self.image(image, &path) {
-                    Ok(image) => {
-                        self.images.push(image);
-                        Some(self.images.len() as u32 - 1)
-                    }
-                    Err(fault) => {
-                        warnings.add(path, format_args!("texture left out: {fault}"));
-                        None
-                    }
-                };
-                self.image_index.insert(index.value(), loaded);
-                loaded
+        let sources = sources(json, path)?;
+        if sources.is_empty() {
+            warnings.add(path, "has no image that can be read: left out");
+        }
+        // Where an extension's image cannot be had, the texture's own is for that.
+        let mut loaded = None;
+        for (index, at) in sources {
+            get(root, index, at)?;
+            loaded = self.load_image(index, meaning, warnings);
+            if loaded.is_some() {
+                break;
             }
-        };
+        }
         Ok(loaded.map(|image| {
             self.textures.push(Texture {
                 image,
                 wrap,
                 nearest,
-                srgb,
+                srgb: meaning == Meaning::Color,
             });
             self.textures.len() as u32 - 1
         }))
     }
 
-    fn image(&mut self, json: &json::Image, path: &str) -> Checked<Image> {
-        let image = match (&json.uri, json.buffer_view) {
-            (Some(uri), _) => decode(&self.resources.fetch(uri)?, self.bytes_left)?,
-            (None, Some(view)) => decode(self.asset.view(view, path)?.1, self.bytes_left)?,
+    /// An image for one meaning; colours and data are the same texels.
+    fn load_image(
+        &mut self,
+        index: Index<json::Image>,
+        meaning: Meaning,
+        warnings: &mut Warnings,
+    ) -> Option<u32> {
+        let key = match meaning {
+            Meaning::Color | Meaning::Data => (index.value(), None),
+            Meaning::Glossiness { factor } => (index.value(), Some(factor)),
+        };
+        if let Some(loaded) = self.image_index.get(&key) {
+            return *loaded;
+        }
+        let path = format!("/images/{index}");
+        let image = match meaning {
+            Meaning::Color | Meaning::Data => self.image(index, &path, warnings),
+            Meaning::Glossiness { factor } => self.roughness(index, factor, warnings),
+        };
+        let loaded = image.map(|image| {
+            self.bytes_left = self.bytes_left.saturating_sub(image.rgba.len() as u64);
+            self.images.push(image);
+            self.images.len() as u32 - 1
+        });
+        let loaded = loaded
+            .map_err(|fault| warnings.breach(path, format_args!("texture left out: {fault}")))
+            .ok();
+        self.image_index.insert(key, loaded);
+        loaded
+    }
+
+    fn roughness(
+        &mut self,
+        index: Index<json::Image>,
+        factor: u8,
+        warnings: &mut Warnings,
+    ) -> Checked<Image> {
+        let image = self.load_image(index, Meaning::Color, warnings);
+        let image = image.and_then(|i| self.images.get(i as usize));
+        let image = image.ok_or("its glossiness cannot be had")?;
+        picture::check_size(image.width, image.height, self.bytes_left)?;
+        Ok(specular_glossiness::roughness(image, factor))
+    }
+
+    fn image(
+        &mut self,
+        index: Index<json::Image>,
+        path: &str,
+        warnings: &mut Warnings,
+    ) -> Checked<Image> {
+        let json = get(self.asset.root, index, path)?;
+        let bytes = match (&json.uri, json.buffer_view) {
+            (Some(uri), _) => self.resources.fetch(uri, path, warnings)?,
+            (None, Some(view)) => self.asset.view(view, path, warnings)?.1.into(),
             (None, None) => return Err("has neither uri nor bufferView".into()),
         };
-        self.bytes_left -= image.rgba.len() as u64;
+        let (image, damage) = picture::decode(&bytes, self.bytes_left)?;
+        if let Some(damage) = damage {
+            warnings.breach(
+                path,
+                format_args!("damaged, read as far as possible: {damage}"),
+            );
+        }
         Ok(image)
     }
 }
 
-/// The image of a texture and where it is named: EXT_texture_webp's, which the crate does not know,
-/// else the texture's own. The crate gives `u32::MAX` where there is none.
-fn source(texture: &json::Texture, path: &str) -> Checked<Option<(Index<json::Image>, String)>> {
+/// The extensions that name an image of another format, the likeliest to be good first.
+const SOURCES: [&str; 3] = ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"];
+
+/// The images of a texture and where they are named: an extension's, which the crate does not know,
+/// and the texture's own. The crate gives `u32::MAX` where there is none.
+fn sources(texture: &json::Texture, path: &str) -> Checked<Vec<(Index<json::Image>, String)>> {
+    let mut sources = Vec::new();
     let extensions = texture.extensions.as_ref();
-    let webp = extensions.and_then(|all| all.others.get("EXT_texture_webp")?.get("source"));
-    if let Some(webp) = webp {
-        let path = format!("{path}/extensions/EXT_texture_webp/source");
-        let index = webp.as_u64().and_then(|i| u32::try_from(i).ok());
+    for name in SOURCES {
+        let source = extensions.and_then(|all| all.others.get(name)?.get("source"));
+        let Some(source) = source else { continue };
+        let path = format!("{path}/extensions/{name}/source");
+        let index = source.as_u64().and_then(|i| u32::try_from(i).ok());
         let index = index.ok_or_else(|| format!("{path}: must be an index"))?;
-        return Ok(Some((Index::new(index), path)));
+        sources.push((Index::new(index), path));
     }
-    let none = texture.source.value() == u32::MAX as usize;
-    Ok((!none).then(|| (texture.source, format!("{path}/source"))))
+    if texture.source.value() != u32::MAX as usize {
+        sources.push((texture.source, format!("{path}/source")));
+    }
+    Ok(sources)
 }
 
 /// KHR_texture_transform: offset · rotation · scale, counter-clockwise on the image, whose v points
@@ -187,38 +244,4 @@ fn sampler_of(json: &Sampler, path: &str) -> Checked<([Wrap; 2], bool)> {
         [wrap(json.wrap_s, "wrapS")?, wrap(json.wrap_t, "wrapT")?],
         json.mag_filter == Some(Valid(MagFilter::Nearest)),
     ))
-}
-
-/// Decodes PNG, JPEG or WebP, whatever the file calls itself.
-fn decode(bytes: &[u8], bytes_left: u64) -> Checked<Image> {
-    let words = |error: image::ImageError| error.to_string();
-    let mut reader = ImageReader::new(Cursor::new(bytes))
-        .with_guessed_format()
-        .map_err(|error| error.to_string())?;
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
-    limits.max_alloc = Some(MAX_IMAGE_BYTES);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(words)?;
-    let (width, height) = decoder.dimensions();
-    // As RGBA it may be larger than what the decoder's own limit counts.
-    let size = u64::from(width) * u64::from(height) * 4;
-    if width > MAX_SIDE || height > MAX_SIDE || size > MAX_IMAGE_BYTES.min(bytes_left) {
-        return Err(format!(
-            "{width} × {height} texels are too many: at most {MAX_SIDE} a side, {} MiB an image, \
-             {} MiB in all",
-            MAX_IMAGE_BYTES >> 20,
-            MAX_IMAGES_BYTES >> 20
-        ));
-    }
-    let rgba = DynamicImage::from_decoder(decoder)
-        .map_err(words)?
-        .into_rgba8()
-        .into_raw();
-    Ok(Image {
-        width,
-        height,
-        rgba,
-    })
 }

@@ -10,7 +10,7 @@ use crate::seeds;
 pub fn mutate(data: &mut [u8], size: usize, max_size: usize, seed: u32) -> usize {
     let mut random = Random(seed.into());
     if size < 20 || random.below(1000) == 0 {
-        return put(&seeds::seed(random.below(5)), data, max_size).unwrap_or(size);
+        return put(&seeds::seed(random.below(seeds::COUNT)), data, max_size).unwrap_or(size);
     }
     if random.below(5) == 0 {
         return fuzzer_mutate(data, size, max_size);
@@ -165,6 +165,13 @@ const KEYS: &[&str] = &[
     "KHR_lights_punctual",
     "KHR_texture_transform",
     "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "KHR_draco_mesh_compression",
+    "KHR_materials_pbrSpecularGlossiness",
+    "CESIUM_RTC",
+    "center",
+    "filter",
+    "fallback",
 ];
 
 /// One change at a random place.

@@ -4,15 +4,74 @@ use serde_json::json;
 
 use crate::document::{Document, base64, png};
 
+/// Whole files of npm's encoders, and images of theirs: see make.mjs beside them.
+const COMPRESSED: [&[u8]; 6] = [
+    include_bytes!("../scene/fixtures/meshopt-ext.glb"),
+    include_bytes!("../scene/fixtures/meshopt-khr.glb"),
+    include_bytes!("../scene/fixtures/fallback.glb"),
+    include_bytes!("../scene/fixtures/gltfpack.glb"),
+    include_bytes!("../scene/fixtures/draco-edgebreaker.glb"),
+    include_bytes!("../scene/fixtures/draco-sequential.glb"),
+];
+const IMAGES: [(&str, &[u8]); 6] = [
+    (
+        "KHR_texture_basisu",
+        include_bytes!("../scene/fixtures/etc1s.ktx2"),
+    ),
+    (
+        "KHR_texture_basisu",
+        include_bytes!("../scene/fixtures/uastc.ktx2"),
+    ),
+    (
+        "KHR_texture_basisu",
+        include_bytes!("../scene/fixtures/uastc-raw.ktx2"),
+    ),
+    (
+        "MSFT_texture_dds",
+        include_bytes!("../scene/fixtures/bc1.dds"),
+    ),
+    (
+        "MSFT_texture_dds",
+        include_bytes!("../scene/fixtures/bc5.dds"),
+    ),
+    (
+        "MSFT_texture_dds",
+        include_bytes!("../scene/fixtures/bc7.dds"),
+    ),
+];
+const MADE_HERE: usize = 5;
+pub const COUNT: usize = MADE_HERE + COMPRESSED.len() + IMAGES.len();
+
 /// The seed number `i`, counted round.
 pub fn seed(i: usize) -> Vec<u8> {
-    match i % 5 {
+    let i = i % COUNT;
+    if let Some((extension, image)) = IMAGES.get(i.wrapping_sub(MADE_HERE)) {
+        return with_image(extension, image).glb();
+    }
+    if let Some(file) = COMPRESSED.get(i.wrapping_sub(MADE_HERE + IMAGES.len())) {
+        return file.to_vec();
+    }
+    match i {
         0 => textured().glb(),
         1 => hierarchy().glb(),
         2 => compact().glb(),
         3 => external(),
         _ => Document::triangle().glb(),
     }
+}
+
+/// A specular-glossiness material with a compressed image.
+fn with_image(extension: &str, image: &[u8]) -> Document {
+    let mut document = Document::square(true);
+    let view = document.view(image);
+    document.json["images"] = json!([{"bufferView": view}]);
+    document.json["textures"] = json!([{"extensions": {extension: {"source": 0}}}]);
+    let texture = json!({"index": 0});
+    document.material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {
+        "diffuseTexture": texture, "glossinessFactor": 0.5, "specularGlossinessTexture": texture,
+    }}}));
+    document.json["extensions"] = json!({"CESIUM_RTC": {"center": [1, 2, 3]}});
+    document
 }
 
 /// Every member of a material, textures of all kinds.

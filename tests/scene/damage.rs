@@ -14,10 +14,6 @@ fn bad_geometry_is_refused() {
     assert!(document.fault().contains("/meshes/0/primitives/0: index 3"));
 
     let mut document = Document::triangle();
-    document.indices(&[0, 1, 2, 0]);
-    assert!(document.fault().contains("not whole triangles"));
-
-    let mut document = Document::triangle();
     document.json["accessors"][0]["count"] = json!(4_000_000_000u64);
     assert!(
         document
@@ -35,7 +31,7 @@ fn bad_geometry_is_refused() {
 
     let mut document = Document::triangle();
     document.json["accessors"][0]["byteOffset"] = json!(2);
-    assert!(document.fault().contains("not aligned"));
+    assert!(document.fault().contains("leave the bufferView"));
 
     let mut document = Document::triangle();
     document.attribute("NORMAL", &[[0., 0., 1.]; 2]);
@@ -105,7 +101,11 @@ fn external_files_stay_in_the_folder() {
         "data:;base64,AAAA",
     ] {
         let fault = with(uri).expect_err(uri).to_string();
-        assert!(fault.contains("scene.gltf: /buffers/0"), "{fault}");
+        let place = match uri {
+            "data:,x" | "data:;base64,AAAA" => "scene.gltf: /bufferViews/0",
+            _ => "scene.gltf: /buffers/0/uri",
+        };
+        assert!(fault.contains(place), "{fault}");
     }
     assert!(
         with("../my data.bin")

@@ -145,6 +145,13 @@ impl Document {
     }
 }
 
+/// The JSON and the binary chunk of a GLB file.
+pub fn parts(file: &[u8]) -> (Value, Vec<u8>) {
+    let length = u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
+    let json = serde_json::from_slice(&file[20..20 + length]).unwrap();
+    (json, file[28 + length..].to_vec())
+}
+
 /// Writes files into a new folder and loads the first.
 pub fn load_files(files: &[(&str, &[u8])]) -> lightfall::Result<Scene> {
     let folder = tempfile::tempdir().unwrap();

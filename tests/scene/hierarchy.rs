@@ -40,6 +40,32 @@ fn cycles_and_shared_children_are_refused() {
     }
 }
 
+/// As an offset of all that there is, cameras and lights included.
+#[test]
+fn a_model_stands_where_cesium_rtc_says() {
+    let mut document = Document::triangle();
+    document.lamp(json!({"type": "point"}));
+    document.json["extensionsRequired"] = json!(["CESIUM_RTC"]);
+    document.json["extensions"]["CESIUM_RTC"] = json!({"center": [10, -20.5, 30]});
+    let scene = document.load();
+    assert_eq!(scene.warnings, [] as [String; 0]);
+    let (low, _) = scene.bounds();
+    let center = Vec3::new(10., -20.5, 30.);
+    assert!(near(low, center), "{low}");
+    let Light::Point { position_w, .. } = scene.lights[0] else {
+        panic!()
+    };
+    assert!(near(position_w, center), "{position_w}");
+    for center in [json!([1, 2]), json!(["x", 0, 0]), json!(null)] {
+        document.json["extensions"]["CESIUM_RTC"]["center"] = center;
+        assert!(
+            document
+                .fault()
+                .contains("/extensions/CESIUM_RTC/center: must be")
+        );
+    }
+}
+
 #[test]
 fn deep_chains_do_not_overflow_the_stack() {
     let mut document = Document::triangle();

@@ -153,3 +153,43 @@ fn images_that_cannot_be_had_are_left_out_and_named() {
         assert!(scene.warnings[0].starts_with("/images/0: "));
     }
 }
+
+/// An image, and what to call it.
+fn files() -> Vec<(&'static str, Vec<u8>)> {
+    use image::{DynamicImage, ImageFormat, RgbImage};
+    let texel = |x, y| image::Rgb([((x * 7) ^ (y * 13)) as u8, (x * y) as u8, (x + 3 * y) as u8]);
+    let image = DynamicImage::from(RgbImage::from_fn(64, 64, texel));
+    let formats = [
+        ("png", ImageFormat::Png),
+        ("jpeg", ImageFormat::Jpeg),
+        ("webp", ImageFormat::WebP),
+    ];
+    formats
+        .map(|(name, format)| {
+            let mut bytes = std::io::Cursor::new(Vec::new());
+            image.write_to(&mut bytes, format).unwrap();
+            (name, bytes.into_inner())
+        })
+        .into()
+}
+
+#[test]
+fn an_image_that_is_cut_short_says_so() {
+    let warnings = |bytes: &[u8]| {
+        let mut document = Document::square(true);
+        let view = document.view(bytes);
+        document.json["images"] = json!([{"bufferView": view}]);
+        document.json["textures"] = json!([{"source": 0}]);
+        document.material(json!({"emissiveTexture": {"index": 0}}));
+        document.load().warnings
+    };
+    for (name, whole) in files() {
+        assert_eq!(warnings(&whole), [] as [String; 0], "{name}");
+        for sixteenths in 1..16 {
+            let length = whole.len() * sixteenths / 16;
+            let said = warnings(&whole[..length]);
+            assert_eq!(said.len(), 1, "{name}, {sixteenths}/16: {said:?}");
+            assert!(said[0].starts_with("/images/0: "), "{said:?}");
+        }
+    }
+}
