@@ -50,6 +50,7 @@ fn picture() -> Picture {
             device: "llvmpipe (LLVM 19.1.7, 256 bits)".into(),
             version: "0.1.0".into(),
             seconds: std::f64::consts::PI,
+            guide: "3f800000 00000000 00000000 40000000 .".into(),
         },
     }
 }

@@ -1,6 +1,7 @@
-//! What culling, stochastic evaluation and the radius do by themselves (Kern, Brüll & Grosch 2023, table 4 and figure 10).
+//! What culling, stochastic evaluation and the radius do by themselves (Kern, Brüll & Grosch 2023, table 4 and
+//! figure 10), and what guiding does.
 
-use super::plan::{Factors, Variant};
+use super::plan::{Budget, Factors, Variant};
 use super::race::{Course, End, Track, race};
 use crate::settings::{Evaluate, Settings, Switch};
 
@@ -11,7 +12,16 @@ pub struct Ablation {
     /// One each, of as many iterations.
     pub tracks: Vec<Track>,
     pub sweep: Vec<SweepPoint>,
+    /// Without a guide, with one, and as the pilot chooses: as long each, not counting what learning took.
+    pub guiding: Vec<Track>,
 }
+
+/// Of [`Ablation::guiding`].
+pub const GUIDES: [(&str, Switch); 3] = [
+    ("without a guide", Switch::Off),
+    ("with one", Switch::On),
+    ("as the pilot chooses", Switch::Auto),
+];
 
 /// The same radii in every iteration, without culling.
 pub struct SweepPoint {
@@ -55,10 +65,25 @@ pub fn measure(course: &Course, base: &Settings, seed: u64, seconds: f64) -> Abl
         Some(track) if track.failure.is_none() => sweep(course, base, seed, &end),
         _ => Vec::new(),
     };
+    let guiding = GUIDES.map(|(label, guide)| Variant {
+        label: label.into(),
+        settings: Settings {
+            guide,
+            ..base.clone()
+        },
+        factors: Factors::NONE,
+    });
+    let guiding = race(
+        course,
+        &guiding,
+        seed,
+        &End::Budget(Budget::Seconds(seconds)),
+    );
     let mut ablation = Ablation {
         variants,
         tracks,
         sweep,
+        guiding,
     };
     // No picture is made of them.
     let points = ablation
@@ -69,6 +94,7 @@ pub fn measure(course: &Course, base: &Settings, seed: u64, seconds: f64) -> Abl
         .tracks
         .iter_mut()
         .chain(points)
+        .chain(&mut ablation.guiding)
         .for_each(|t| t.image.pixels = Vec::new());
     ablation
 }

@@ -1,6 +1,6 @@
 //! Results for machines: JSON with everything but the pictures, CSV with every checkpoint.
 
-use super::ablation::Ablation;
+use super::ablation::{Ablation, GUIDES};
 use super::race::{METRICS, Track};
 use super::standing::{Equal, Standing, decay, standings};
 use super::statistics::{Estimate, median};
@@ -191,7 +191,18 @@ fn ablation(ablation: &Ablation) -> Value {
     let sweep = ablation.sweep.iter().map(|point| {
         json!({"factor": point.factor, "full": track(&point.full), "stochastic": track(&point.stochastic)})
     });
-    json!({"combinations": combinations.collect::<Vec<_>>(), "radii": sweep.collect::<Vec<_>>()})
+    let guiding = GUIDES.iter().zip(&ablation.guiding).map(|((label, _), t)| {
+        let guided = t.guided;
+        json!({
+            "with": label, "run": track(t), "on": guided.on, "useful_share": guided.useful,
+            "cells": guided.cells, "learning_seconds": guided.seconds,
+        })
+    });
+    json!({
+        "combinations": combinations.collect::<Vec<_>>(),
+        "radii": sweep.collect::<Vec<_>>(),
+        "guiding": guiding.collect::<Vec<_>>(),
+    })
 }
 
 /// A row for each checkpoint.

@@ -34,6 +34,7 @@ pub struct Track {
     pub passes: Vec<(&'static str, Vec<f64>)>,
     pub checkpoints: Vec<Checkpoint>,
     pub photons: Photons,
+    pub guided: Guided,
     /// After the last iteration.
     pub image: Rgb,
     pub flip: f64,
@@ -47,6 +48,18 @@ pub struct Photons {
     pub emitted: u64,
     pub stored_caustic: u64,
     pub stored_global: u64,
+}
+
+/// What was learned before the first iteration of where light paths should begin.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Guided {
+    /// Whether they begin there.
+    pub on: bool,
+    /// Share of light paths that leave a photon where a view sample gathers.
+    pub useful: f32,
+    pub cells: usize,
+    /// That learning took.
+    pub seconds: f64,
 }
 
 /// The error after so many iterations.
@@ -162,6 +175,7 @@ impl Runner {
                 passes: Vec::new(),
                 checkpoints: Vec::new(),
                 photons: Photons::default(),
+                guided: Guided::default(),
                 image: Rgb {
                     size: [0; 2],
                     pixels: Vec::new(),
@@ -177,6 +191,13 @@ impl Runner {
         match warm(course, settings, variant.factors) {
             Ok(renderer) => {
                 runner.track.radii = renderer.radii();
+                let lesson = renderer.lesson();
+                runner.track.guided = Guided {
+                    on: lesson.on,
+                    useful: lesson.useful[usize::from(lesson.on)],
+                    cells: lesson.cells,
+                    seconds: lesson.seconds.as_secs_f64(),
+                };
                 runner.renderer = Some(renderer);
             }
             Err(error) => runner.track.failure = Some(error.to_string()),

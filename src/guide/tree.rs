@@ -497,7 +497,7 @@ mod tests {
         let mut next = || numbers.next().unwrap();
         // One half brings three times as much, in a hundredth of the paths.
         let sample = |i: usize| {
-            let rare = i % 101 == 0;
+            let rare = i.is_multiple_of(101);
             let half = if rare { 1 << 31 } else { 0 };
             Sample {
                 at: [

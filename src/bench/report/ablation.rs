@@ -4,7 +4,7 @@ use super::plot::{Axis, Line, Plot};
 use super::scene::write_iteration_times;
 use super::{coverage, escape, interval, number};
 use crate::bench::Results;
-use crate::bench::ablation::{Ablation, FACTORS, SweepPoint};
+use crate::bench::ablation::{Ablation, FACTORS, GUIDES, SweepPoint};
 use crate::bench::data::windows;
 use crate::bench::race::{Photons, Track};
 use crate::bench::statistics::{median, median_of, ratio_of_medians};
@@ -40,6 +40,59 @@ pub fn section(page: &mut String, ablations: &[Ablation], results: &Results) {
         &last_error,
     );
     *page += "</div>\n";
+    guiding(page, ablations);
+}
+
+/// Where light paths begin: what that is worth, and what learning it takes.
+fn guiding(page: &mut String, ablations: &[Ablation]) {
+    *page += "<h3>Guiding</h3>\n<div class=\"wide\"><table>\n<tr><th></th><th>useful light paths</th><th>cells</th>\
+              <th>learned in s</th><th>ms per iteration</th><th>iterations</th><th>relMSE at the end</th></tr>\n";
+    for (v, (label, _)) in GUIDES.iter().enumerate() {
+        let tracks: Vec<&Track> = ablations.iter().filter_map(|a| a.guiding.get(v)).collect();
+        let of = |f: &dyn Fn(&Track) -> f64| median(tracks.iter().map(|t| f(t)));
+        let errors: Vec<f64> = tracks.iter().map(|t| last_error(t)).collect();
+        let error = median_of(&errors);
+        let _ = writeln!(
+            page,
+            "<tr><td>{label}</td><td>{} %</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}<small>{}</small></td></tr>",
+            number(of(&|t| 100.0 * f64::from(t.guided.useful))),
+            of(&|t| t.guided.cells as f64),
+            number(of(&|t| t.guided.seconds)),
+            number(of(&|t| 1e3 * median(t.seconds.iter().copied()))),
+            of(&|t| t.iterations() as f64),
+            number(error.value),
+            interval(&error),
+        );
+    }
+    *page += "</table></div>\n<p>After equal time, learning not counted; medians over seeds. A light path is useful that leaves a photon \
+              where a view sample gathers.</p>\n<div class=\"plots\">\n";
+    let lines = GUIDES.iter().enumerate().map(|(v, (label, _))| {
+        let track = ablations.first().and_then(|a| a.guiding.get(v));
+        let checkpoints = track.iter().flat_map(|t| &t.checkpoints);
+        Line {
+            label: label.to_string(),
+            index: v,
+            points: checkpoints.map(|c| [c.seconds, c.errors[0]]).collect(),
+            band: Vec::new(),
+        }
+    });
+    let plot = Plot {
+        x: Axis {
+            label: "s".into(),
+            logarithmic: true,
+        },
+        y: Axis {
+            label: "relMSE".into(),
+            logarithmic: true,
+        },
+        lines: lines.collect(),
+        level: None,
+    };
+    let _ = writeln!(
+        page,
+        "<div><h3>Error over time, guided or not</h3>\n{}</div>\n</div>",
+        plot.svg()
+    );
 }
 
 fn last_error(track: &Track) -> f64 {
