@@ -46,20 +46,21 @@ pub struct Settings {
           value_parser = clap::value_parser!(u32).range(1..=64))]
     pub max_depth: u32,
 
-    /// What traces the rays: the device's ray queries, its ray tracing pipelines, or lightfall's own BVH in
-    /// compute shaders
+    /// What traces the rays: the device's ray queries, its ray tracing pipelines, or lightfall's
+    /// own BVH in compute shaders
     #[arg(long, value_enum, default_value_t = Settings::default().trace)]
     pub trace: Trace,
 
-    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length; `hash-grid`: in
-    /// rows of a hashed grid; `hash-ppm`, `stochastic-hash`: in lists of a hash table, which keep a choice.
-    /// `sppm`: as by `rtpm`, within each pixel's own radius. `path`: none are; paths from the eye alone
+    /// How photons near a point are found; `rtpm`: as boxes hit by a ray of no length; `hash-grid`:
+    /// in rows of a hashed grid; `hash-ppm`, `stochastic-hash`: in lists of a hash table, which
+    /// keep a choice. `sppm`: as by `rtpm`, within each pixel's own radius. `path`: none are; paths
+    /// from the eye alone
     #[arg(long, default_value_t = Settings::default().technique,
           value_parser = clap::builder::PossibleValuesParser::new(technique_names()))]
     pub technique: String,
 
-    /// How a technique that gathers photons finds light that comes to a diffuse surface straight from
-    /// a light
+    /// How a technique that gathers photons finds light that comes to a diffuse surface straight
+    /// from a light
     #[arg(long, value_enum, default_value_t = Settings::default().direct)]
     pub direct: Direct,
 
@@ -85,8 +86,8 @@ pub struct Settings {
           value_parser = parse_reject)]
     pub reject: f32,
 
-    /// How slowly the radius shrinks: r² of iteration i+1 is r² of i times (i + α)/(i + 1), 0 < α < 1
-    /// (Knaus & Zwicker 2011)
+    /// How slowly the radius shrinks: r² of iteration i+1 is r² of i times (i + α)/(i + 1), 0 < α <
+    /// 1 (Knaus & Zwicker 2011)
     #[arg(long, default_value_t = Settings::default().alpha, value_parser = parse_alpha)]
     pub alpha: f32,
 

@@ -1,7 +1,7 @@
-// Light paths; a photon at every surface with a diffuse lobe (Kern et al. 2023, sections 3.4 and 3.5).
-// In: World, Frame, culling mask. Out: Photons in any order, how many each path has
-// (so that later passes can put them in an order that does not depend on timing), Counters.
-// Caustic map: L S+ D. Global map: all other L … D. Flux in lumen per channel.
+// Light paths; a photon at every surface with a diffuse lobe (Kern et al. 2023, sections 3.4 and
+// 3.5). In: World, Frame, culling mask. Out: Photons in any order, how many each path has (so that
+// later passes can put them in an order that does not depend on timing), Counters. Caustic map: L
+// S+ D. Global map: all other L … D. Flux in lumen per channel.
 #version 460
 #include "lib/pass.glsl"
 #include "lib/math.glsl"
@@ -23,7 +23,8 @@ layout(constant_id = 2) const uint PATHS_PER_THREAD = 1u;
 
 bool is_culled(Frame frame, vec3 position_w) {
     if (frame.cull == 0u) return false;
-    uint bit = cull_cell_hash(ivec3(floor(cull_cell_position(position_w, max(frame.radius[MAP_CAUSTIC], frame.radius[MAP_GLOBAL])))));
+    float radius = max(frame.radius[MAP_CAUSTIC], frame.radius[MAP_GLOBAL]);
+    uint bit = cull_cell_hash(ivec3(floor(cull_cell_position(position_w, radius))));
     return (push.mask.at[bit >> 5u] >> (bit & 31u) & 1u) == 0u;
 }
 
@@ -57,12 +58,14 @@ struct LightPath {
     bool specular_only;
 };
 
-// A ray that passes what matters begins beside it, unless something is in the way from the light to there.
+// A ray that passes what matters begins beside it, unless something is in the way from the light to
+// there.
 void begin_nearby(World world, Guide guide, uvec2 chance, inout Emission e) {
     float beside = distance(e.passes_w, guide.center_w), near = 4.0 * guide.reach;
     if (beside > near) return;
     vec3 begin_w = e.passes_w - (near + beside) * e.direction_w;
-    if (!occluded(world, begin_w, -e.direction_w, 0.9999 * distance(e.origin_w, begin_w), false, chance)) e.origin_w = begin_w;
+    float to_light = 0.9999 * distance(e.origin_w, begin_w);
+    if (!occluded(world, begin_w, -e.direction_w, to_light, false, chance)) e.origin_w = begin_w;
 }
 
 // All but the beginning of a path is random (see guide.glsl).
@@ -74,8 +77,21 @@ LightPath begin(World world, Frame frame, uint index) {
     Emission e = emit_photon(world, guide, primary);
     e.flux /= density * float(frame.paths);
     if (e.from_afar) begin_nearby(world, guide, number + uvec2(0u, 4u), e);
-    Rng rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
-    return LightPath(index, rng, e.origin_w, e.direction_w, e.flux, vec3(0.0), unit_floats(uvec4(primary.bounce, 0u, 0u)).xy, number + uvec2(0u, 3u), average(e.flux), density, 1u, 0u, true);
+    LightPath path;
+    path.index = index;
+    path.rng = Rng(frame.seed, frame.iteration, index, STREAM_PHOTON);
+    path.origin_w = e.origin_w;
+    path.direction_w = e.direction_w;
+    path.flux = e.flux;
+    path.medium = vec3(0.0);
+    path.bounce = from_unit(primary.bounce);
+    path.chance = number + uvec2(0u, 3u);
+    path.emitted = average(e.flux);
+    path.density = density;
+    path.edges = 1u;
+    path.stored = 0u;
+    path.specular_only = true;
+    return path;
 }
 
 // u: uniform. Drawn for every event, so that rejection changes no path.

@@ -1,4 +1,5 @@
-// Where light paths of an iteration began. In: their numbers, Frame, Guide. Out: primary samples (emission.glsl).
+// Where light paths of an iteration began. In: their numbers, Frame, Guide. Out: primary samples
+// (emission.glsl).
 #version 460
 #include "lib/pass.glsl"
 #include "lib/rng.glsl"

@@ -1,7 +1,8 @@
-// Light that comes straight from a light: next-event estimation, combined with paths that hit the light by the balance heuristic (Veach 1997, section 9.2.2), lobe by lobe. Without it a
-// diffuse wall or a rough mirror finds a small lamp rarely and brightly, and a lamp without area never.
-// Needs bsdf.glsl, trace.glsl, light.glsl, light_tree.glsl.
-// Out: radiance [nit]; densities per solid angle.
+// Light that comes straight from a light: next-event estimation, combined with paths that hit the
+// light by the balance heuristic (Veach 1997, section 9.2.2), lobe by lobe. Without it a diffuse
+// wall or a rough mirror finds a small lamp rarely and brightly, and a lamp without area never.
+// Needs bsdf.glsl, trace.glsl, light.glsl, light_tree.glsl. Out: radiance [nit]; densities per
+// solid angle.
 
 // The light that a point of an emissive triangle belongs to; NONE where it is dark.
 uint light_at(World world, uint triangle, vec2 bary) {
@@ -56,8 +57,8 @@ struct LightSample {
     vec2 bary;
     vec3 wi;
     float distance_w;
-    // Unless something is in the way: what a surface that scatters evenly, albedo 1, would turn towards the eye [nit],
-    // of this one strategy alone.
+    // Unless something is in the way: what a surface that scatters evenly, albedo 1, would turn
+    // towards the eye [nit], of this one strategy alone.
     vec3 even;
     // Likewise, what this surface does, in balance with paths that hit the light.
     Direct light;
@@ -114,23 +115,24 @@ LightSample sample_light(World world, Surface s, vec3 medium, bool diffuse, uvec
     return l;
 }
 
-// Points on lights, of which one is asked for by a ray. Few lights are covered by the sequences over the
-// iterations, which a choice among candidates would upset; many are not.
+// Points on lights, of which one is asked for by a ray. Few lights are covered by the sequences
+// over the iterations, which a choice among candidates would upset; many are not.
 const uint LIGHT_CANDIDATES = 4u;
 const uint FEW_LIGHTS = 16u;
 
-// Resampled importance sampling (Talbot et al. 2005): of a few points on lights the one to ask for by
-// a ray is chosen in proportion to the light that would come from it. The balance heuristic is part of
-// what is resampled, so that it holds as for one point. `skip_backs`: of a path from the eye that has met
-// specular surfaces only; its specular lobes see lights as the eye does (see trace.glsl). u.z: uniform.
-// `chance`: for blended surfaces in the way.
+// Resampled importance sampling (Talbot et al. 2005): of a few points on lights the one to ask for
+// by a ray is chosen in proportion to the light that would come from it. The balance heuristic is
+// part of what is resampled, so that it holds as for one point. `skip_backs`: of a path from the
+// eye that has met specular surfaces only; its specular lobes see lights as the eye does (see
+// trace.glsl). u.z: uniform. `chance`: for blended surfaces in the way.
 Direct direct_light(World world, Surface s, vec3 medium, bool diffuse, bool skip_backs, uvec2 choice, vec3 u, uvec2 chance) {
     uint count = world.light_count > FEW_LIGHTS ? LIGHT_CANDIDATES : 1u;
     LightSample chosen;
     float total = 0.0, chosen_weight = 0.0;
     uint i = 0u;
     do {
-        // Branches of the tree far from each other, points far from each other (Roberts's R2 sequence).
+        // Branches of the tree far from each other, points far from each other (Roberts's R2
+        // sequence).
         uvec2 shift = uvec2(0xffffffffu / count, 0x9e3779b9u) * i;
         vec2 at = fract(u.xy + float(i) * vec2(0.7548776662, 0.5698402910));
         LightSample l = sample_light(world, s, medium, diffuse, choice + shift, at);

@@ -1,9 +1,10 @@
-// Light from all around. Between the middles of four texels of an equirectangular map lies a cell, in which radiance is
-// bilinear in azimuth and cosine of the polar angle. Directions are drawn in exact proportion to the mean of the channels:
-// a row and a cell of it by their cumulative sums, a place in the cell by inversion (Pharr et al. 2023, sections A.5
-// and 12.5). So evaluation and density agree everywhere, and a map that is even is drawn evenly.
-// The map's middle is +x, its top +y, +z is to the right of the middle.
-// In: Environment; directions in world space. Out: radiance [nit], density per solid angle. Needs math.glsl.
+// Light from all around. Between the middles of four texels of an equirectangular map lies a cell,
+// in which radiance is bilinear in azimuth and cosine of the polar angle. Directions are drawn in
+// exact proportion to the mean of the channels: a row and a cell of it by their cumulative sums, a
+// place in the cell by inversion (Pharr et al. 2023, sections A.5 and 12.5). So evaluation and
+// density agree everywhere, and a map that is even is drawn evenly. The map's middle is +x, its top
+// +y, +z is to the right of the middle. In: Environment; directions in world space. Out: radiance
+// [nit], density per solid angle. Needs math.glsl.
 
 struct EnvironmentLight {
     vec3 radiance;
@@ -47,8 +48,8 @@ EnvironmentCell environment_cell_towards(Environment e, vec3 direction_w, out ve
     float x = fract(azimuth / (2.0 * PI) + 0.5 + e.rotation - 0.5 / float(e.size.x)) * float(e.size.x);
     float y = atan(sqrt(r2), direction_w.y) / PI * float(e.size.y) + 0.5;
     EnvironmentCell cell = environment_cell(e, min(uint(y), e.size.y), min(uint(x), e.size.x - 1u));
-    // Squares of sine and cosine of half the polar angle, by which the cosine is interpolated: without cancellation at the
-    // poles.
+    // Squares of sine and cosine of half the polar angle, by which the cosine is interpolated:
+    // without cancellation at the poles.
     bool north = direction_w.y >= 0.0;
     float large = 0.5 * (1.0 + abs(direction_w.y)), small = r2 / (4.0 * large);
     vec2 top = load_EnvironmentRow(e.rows, cell.row).half_angle2, bottom = load_EnvironmentRow(e.rows, cell.row + 1u).half_angle2;

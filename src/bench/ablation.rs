@@ -1,5 +1,5 @@
-//! What culling, stochastic evaluation and the radius do by themselves (Kern, Brüll & Grosch 2023, table 4 and
-//! figure 10), and what guiding does.
+//! What culling, stochastic evaluation and the radius do by themselves (Kern, Brüll & Grosch 2023,
+//! table 4 and figure 10), and what guiding does.
 
 use super::plan::{Budget, Factors, Variant};
 use super::race::{Course, End, Track, race};
@@ -12,7 +12,8 @@ pub struct Ablation {
     /// One each, of as many iterations.
     pub tracks: Vec<Track>,
     pub sweep: Vec<SweepPoint>,
-    /// Without a guide, with one, and as the pilot chooses: as long each, not counting what learning took.
+    /// Without a guide, with one, and as the pilot chooses: as long each, not counting what
+    /// learning took.
     pub guiding: Vec<Track>,
 }
 

@@ -3,7 +3,7 @@
 use super::load::LoadArgs;
 use crate::{
     Error, Result,
-    scene::{self, Light, Projection, Scene},
+    scene::{self, Camera, Light, Projection, Scene, Triangle},
     world::{FEATURES, Reached, Use, upload_bytes},
 };
 use glam::Vec3;
@@ -52,6 +52,7 @@ fn summary(scene: &Scene) -> String {
         );
     }
     row("bounds", bounds(scene));
+    far_away(scene, &mut row);
     let hash: String = scene.hash.iter().map(|b| format!("{b:02x}")).collect();
     row("hash", hash);
     for (i, (name, becomes)) in scene.extensions.iter().enumerate() {
@@ -64,7 +65,8 @@ fn summary(scene: &Scene) -> String {
     text
 }
 
-/// What the scene uses, how much of it does, and what it makes the device do; then what is left out.
+/// What the scene uses, how much of it does, and what it makes the device do; then what is left
+/// out.
 fn features(scene: &Scene, row: &mut impl FnMut(&str, String)) {
     let reached = Reached::new(scene);
     let mut title = "features";
@@ -124,6 +126,64 @@ fn lights(scene: &Scene) -> String {
     )
 }
 
+/// What reaches many times as far from the first camera as what it sees, by materials: where light
+/// paths have to be guided, and positions are rounded for all.
+fn far_away(scene: &Scene, row: &mut impl FnMut(&str, String)) {
+    const TIMES: f32 = 100.0;
+    const MOST: usize = 4;
+    let Some(camera) = scene.cameras.first() else {
+        return;
+    };
+    let camera_from_world = camera.world_from_camera.inverse();
+    let corners = |triangle: &Triangle| {
+        let places = triangle.vertices.map(|v| {
+            let vertex = scene.vertices.get(v as usize);
+            vertex.map(|v| camera_from_world.transform_point3(v.position_w))
+        });
+        places.into_iter().flatten()
+    };
+    let mut seen: Vec<f32> = scene
+        .triangles
+        .iter()
+        .flat_map(corners)
+        .filter(|at| in_view(camera, *at))
+        .map(Vec3::length)
+        .collect();
+    seen.sort_unstable_by(f32::total_cmp);
+    let Some(&median) = seen.get(seen.len() / 2) else {
+        return;
+    };
+    let mut farthest = vec![0.0_f32; scene.materials.len()];
+    for triangle in &scene.triangles {
+        if let Some(far) = farthest.get_mut(triangle.material as usize) {
+            *far = corners(triangle).map(Vec3::length).fold(*far, f32::max);
+        }
+    }
+    let mut far: Vec<_> = scene.materials.iter().zip(farthest).collect();
+    far.retain(|(_, distance)| *distance > TIMES * median);
+    far.sort_by(|a, b| b.1.total_cmp(&a.1));
+    for (i, (material, distance)) in far.iter().take(MOST).enumerate() {
+        let title = if i == 0 { "far away" } else { "" };
+        let name = &material.name;
+        row(
+            title,
+            format!(
+                "'{name}' reaches {distance:.3e} m from camera 0, which looks at things {median:.3e} m away"
+            ),
+        );
+    }
+}
+
+/// A point in the camera's space, with the widest picture that there is.
+fn in_view(camera: &Camera, at: Vec3) -> bool {
+    let aspect = camera.aspect.unwrap_or(16.0 / 9.0);
+    let high = match camera.projection {
+        Projection::Perspective { yfov } => (0.5 * yfov).tan() * -at.z,
+        Projection::Orthographic { ymag } => ymag,
+    };
+    at.z < 0.0 && at.y.abs() <= high && at.x.abs() <= aspect * high
+}
+
 fn bounds(scene: &Scene) -> String {
     let (low, high) = scene.bounds();
     format!("{} to {}", metres(scene, low), metres(scene, high))
@@ -138,7 +198,7 @@ fn metres(scene: &Scene, point_w: Vec3) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Camera, Material, Triangle, Vertex};
+    use crate::scene::{Material, Vertex};
 
     #[test]
     fn counts() {

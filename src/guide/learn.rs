@@ -1,5 +1,5 @@
-//! Learns where light paths should begin: first from paths of the eye that look for light, then from light paths that begin
-//! there, by what their photons bring to view samples.
+//! Learns where light paths should begin: first from paths of the eye that look for light, then
+//! from light paths that begin there, by what their photons bring to view samples.
 
 use super::probes::{Brought, Probes, gain};
 use super::sample::{around, from_eye, from_light, normalized, primaries};
@@ -13,9 +13,11 @@ use std::time::{Duration, Instant};
 
 /// Rounds of light paths.
 const ROUNDS: u64 = 3;
-/// Where this share of all light paths leaves photons that view samples gather, there is little to gain.
+/// Where this share of all light paths leaves photons that view samples gather, there is little to
+/// gain.
 const USEFUL: f32 = 0.15;
-/// A guide must spare so many times what it costs: the estimates of both are rough, and light paths spread less evenly.
+/// A guide must spare so many times what it costs: the estimates of both are rough, and light paths
+/// spread less evenly.
 const LEAST_GAIN: f32 = 1.5;
 /// Where photons that view samples gather are fewer, it is asked whether there should be more.
 const FEW: usize = 1000;
@@ -27,7 +29,8 @@ const HALO_SHARE: f32 = 0.1;
 /// What was learned, and from what.
 #[derive(Default)]
 pub struct Lesson {
-    /// Share of light paths that left a photon where a view sample gathers: without and with a guide.
+    /// Share of light paths that left a photon where a view sample gathers: without and with a
+    /// guide.
     pub useful: [f32; 2],
     /// The variance without a guide over that with it.
     pub gain: f32,
@@ -35,7 +38,8 @@ pub struct Lesson {
     pub bytes: usize,
     /// Whether the guide is used.
     pub on: bool,
-    /// Whether paths from the eye found light for the caustic and the global map; yes where none were asked.
+    /// Whether paths from the eye found light for the caustic and the global map; yes where none
+    /// were asked.
     pub light: [bool; 2],
     /// Of each light: its name, `useful`, and whether any path began there.
     pub lights: Vec<(String, [f32; 2])>,
@@ -69,16 +73,17 @@ impl Round {
         self.brought.iter().map(|b| b.path).collect()
     }
 
-    /// What an iteration takes, in edges of paths: about one a photon beside the last of each path, and a few for each
-    /// pixel's path and gathers.
+    /// What an iteration takes, in edges of paths: about one a photon beside the last of each path,
+    /// and a few for each pixel's path and gathers.
     fn cost(&self, engine: &Engine) -> f32 {
         let pixels = engine.view.pixel_count() as f32;
         4.0 * pixels + engine.frame_data.paths as f32 + 2.0 * self.photons.len() as f32
     }
 }
 
-/// Sets the engine's guide, if that is wanted and gains enough. `pixels`: radii within which photons of the caustic and the
-/// global map matter to a view sample. Returns view samples and photons of the last round, and what was learned.
+/// Sets the engine's guide, if that is wanted and gains enough. `pixels`: radii within which
+/// photons of the caustic and the global map matter to a view sample. Returns view samples and
+/// photons of the last round, and what was learned.
 pub fn learn(
     engine: &mut Engine,
     wish: Switch,

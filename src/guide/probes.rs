@@ -61,8 +61,9 @@ impl Probes {
         median(&mut found.filter(|&n| n > 0.0).collect::<Vec<_>>())
     }
 
-    /// What photons bring to each view sample that is looked at, within these radii (pixels) in the caustic and the
-    /// global map: wider ones where the view samples would otherwise leave gaps between them.
+    /// What photons bring to each view sample that is looked at, within these radii (pixels) in the
+    /// caustic and the global map: wider ones where the view samples would otherwise leave gaps
+    /// between them.
     pub fn brought(&self, photons: &[Photon], pixels: [f32; 2]) -> Vec<Brought> {
         let apart = (self.samples.len() as f32 / PROBES as f32).sqrt();
         let widest = pixels[0].max(pixels[1]);
@@ -113,8 +114,9 @@ pub struct Brought {
     pub relative: f32,
 }
 
-/// How many times the variance would be without the guide by which these photons began: what they bring has a variance in
-/// proportion to the square of their flux; without a guide there would be as many fewer as each would carry more.
+/// How many times the variance would be without the guide by which these photons began: what they
+/// bring has a variance in proportion to the square of their flux; without a guide there would be
+/// as many fewer as each would carry more.
 pub fn gain(brought: &[Brought]) -> f32 {
     let squares = |weight: fn(&Brought) -> f32| {
         let squares = brought.iter().map(|b| b.relative * b.relative * weight(b));

@@ -1,4 +1,5 @@
-//! What a guide is learned from: primary samples and what they are worth, found from the eye and from lights.
+//! What a guide is learned from: primary samples and what they are worth, found from the eye and
+//! from lights.
 
 use super::probes::Brought;
 use super::tree::Sample;
@@ -11,9 +12,11 @@ use std::collections::BTreeMap;
 
 /// Paths from the eye.
 const PATHS: u32 = 1 << 16;
-/// What one path found counts for so many times the mean at most: a rare bright one says little about where others are.
+/// What one path found counts for so many times the mean at most: a rare bright one says little
+/// about where others are.
 const MOST_OF_MEAN: f32 = 50.0;
-/// Light is seen relative to what the block of the image has in all, and to this share of the image's mean.
+/// Light is seen relative to what the block of the image has in all, and to this share of the
+/// image's mean.
 const LEAST_OF_MEAN: f32 = 0.1;
 
 /// What paths from the eye find.
@@ -152,9 +155,10 @@ pub fn normalized(samples: &[Sample], total: f32) -> impl Iterator<Item = Sample
     })
 }
 
-/// Samples that begin beside others, at all distances alike on a logarithmic scale. What surfaces beside a place send there
-/// falls with the square of the distance, and so does the density of these: so that what comes from afar, which was
-/// found too seldom to be learned, is not left with the light of all the scene on a few photons.
+/// Samples that begin beside others, at all distances alike on a logarithmic scale. What surfaces
+/// beside a place send there falls with the square of the distance, and so does the density of
+/// these: so that what comes from afar, which was found too seldom to be learned, is not left with
+/// the light of all the scene on a few photons.
 pub fn around(samples: &[Sample]) -> Vec<Sample> {
     const WAYS: [usize; 2] = [3, 4];
     const BOUNCES: [usize; 2] = [5, 6];

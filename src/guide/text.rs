@@ -1,5 +1,5 @@
-//! A guide as text, to be saved with a picture: numbers in hexadecimal, the tree from its root on, each split before what
-//! lies below and above it.
+//! A guide as text, to be saved with a picture: numbers in hexadecimal, the tree from its root on,
+//! each split before what lies below and above it.
 
 use super::Focus;
 use super::tree::{AXES, SHARES, Shape, Tree};

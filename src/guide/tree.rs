@@ -1,5 +1,5 @@
-//! A density over primary samples: a k-d tree whose cells are chosen at random in proportion to what light paths from
-//! there were found to be worth.
+//! A density over primary samples: a k-d tree whose cells are chosen at random in proportion to
+//! what light paths from there were found to be worth.
 
 use crate::shared::{GuideCell, GuideNode, NONE};
 use std::cmp::Ordering;
@@ -12,11 +12,13 @@ pub const AXES: usize = 7;
 const WHOLE: u64 = 1 << 32;
 /// Splits are in so many shares, and leave one at least on either side.
 pub const SHARES: u32 = 1024;
-/// This share of light paths begins as without a guide: none carries more than so many times the flux.
+/// This share of light paths begins as without a guide: none carries more than so many times the
+/// flux.
 const DEFENSIVE: f64 = 0.05;
 /// Cells at most: with their nodes they take 112 bytes each.
 const MAX_CELLS: usize = 1 << 14;
-/// A cell of samples that weigh as much as fewer equal ones is not split: there is nothing more to learn.
+/// A cell of samples that weigh as much as fewer equal ones is not split: there is nothing more to
+/// learn.
 const LEAST_SAMPLES: f64 = 16.0;
 /// Samples that are thought to lie evenly in each cell, beside those that were found.
 const PRIOR_SAMPLES: f64 = 2.0;
@@ -49,7 +51,8 @@ pub struct Tree {
 /// What the tree is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// Primary samples whose number on this axis is below `at` get so many of [`SHARES`], the others the rest.
+    /// Primary samples whose number on this axis is below `at` get so many of [`SHARES`], the
+    /// others the rest.
     Split {
         axis: u32,
         at: u32,
@@ -295,8 +298,9 @@ impl Ord for Candidate {
     }
 }
 
-/// Gives parts their masses. For the least variance a cell wants paths in proportion to the root of the mean square of
-/// what they bring, which is far above its mean where few of them bring much; but that root is known less well.
+/// Gives parts their masses. For the least variance a cell wants paths in proportion to the root of
+/// the mean square of what they bring, which is far above its mean where few of them bring much;
+/// but that root is known less well.
 fn weigh(parts: &mut [Part], samples: &[Sample]) {
     let sums = |part: &Part| {
         let samples = &samples[part.samples.clone()];
@@ -374,15 +378,16 @@ fn best_split(samples: &[Sample], bounds: &Bounds) -> (f64, Option<Split>) {
     (count, good)
 }
 
-/// By which the mean log likelihood of `count` samples grows, of whose weight the share `below` lies below a split.
+/// By which the mean log likelihood of `count` samples grows, of whose weight the share `below`
+/// lies below a split.
 fn gain(at: u64, bounds: &Interval, below: f64, count: f64) -> f64 {
     let volume = (at - bounds.first) as f64 / bounds.size as f64;
     let chance = (below * count + PRIOR_SAMPLES * volume) / (count + PRIOR_SAMPLES);
     below * (chance / volume).ln() + (1.0 - below) * ((1.0 - chance) / (1.0 - volume)).ln()
 }
 
-/// Where splits are tried along an axis: so many times in the range of the samples, and once on either side. They lie at
-/// round numbers, so that a sample more or less seldom moves them.
+/// Where splits are tried along an axis: so many times in the range of the samples, and once on
+/// either side. They lie at round numbers, so that a sample more or less seldom moves them.
 #[derive(Debug, Clone, Copy)]
 struct Bins {
     first: u64,

@@ -1,16 +1,18 @@
 //! How far a picture is from the truth, bias included, without knowing the truth.
 //!
-//! Errors are relative: the root mean square over the pixels of (x − r) / √(r² + (m / 10)²), where x and r
-//! are the luminances of picture and truth, and m is the mean of r. Where what was gathered within half the radius is known well, that
-//! is r, since beside a bright caustic most of the rest may be blur; elsewhere r is the median of the neighbourhood, since a value that
-//! a few bright outliers make is no truth. Two things make errors:
+//! Errors are relative: the root mean square over the pixels of (x − r) / √(r² + (m / 10)²), where
+//! x and r are the luminances of picture and truth, and m is the mean of r. Where what was gathered
+//! within half the radius is known well, that is r, since beside a bright caustic most of the rest
+//! may be blur; elsewhere r is the median of the neighbourhood, since a value that a few bright
+//! outliers make is no truth. Two things make errors:
 //!
 //! * Noise: the variance over the iterations, divided by their number.
 //! * Bias: B(ρ), what a density estimate of radius ρ blurs. Each iteration gathers twice from the same photons, within ρ
-//!   and within ρ / 2, and B(ρ) − B(ρ / 2) is what the film averages. Where light varies smoothly B grows with ρ², and B(ρ) is 4/3
-//!   of that difference; at a step, such as the edge of a shadow or a caustic, the root mean square of B about it is
-//!   2.08 of the difference's. [`BIAS_PER_DIFFERENCE`] is for steps. (Hachisuka, Jarosz & Jensen 2010 take B from
-//!   derivatives of the kernel, which presumes the first case.)
+//!   and within ρ / 2, and B(ρ) − B(ρ / 2) is what the film averages. Where light varies smoothly B
+//! grows with ρ², and B(ρ) is 4/3   of that difference; at a step, such as the edge of a shadow or
+//! a caustic, the root mean square of B about it is   2.08 of the difference's.
+//! [`BIAS_PER_DIFFERENCE`] is for steps. (Hachisuka, Jarosz & Jensen 2010 take B from   derivatives
+//! of the kernel, which presumes the first case.)
 
 use crate::film::radiance;
 use crate::image::luminance;
@@ -20,22 +22,22 @@ use crate::shared::FilmPixel;
 const BIAS_PER_DIFFERENCE: f64 = 2.0;
 /// Of a normal distribution: below this many standard deviations above the mean lie 95 %.
 const SIGMAS: f64 = 1.645;
-/// What a pixel gathers is known where the standard errors, of its value and of how that differs within half the radius, are together
-/// below this share of it.
+/// What a pixel gathers is known where the standard errors, of its value and of how that differs
+/// within half the radius, are together below this share of it.
 const KNOWN: f64 = 0.25;
 /// Pixels along the edge of a block at most; further apart, errors hardly depend on each other.
 const BLOCK: usize = 16;
 /// Blocks across an image at least, where it has so many pixels.
 const BLOCKS: usize = 8;
 
-/// Estimated relative errors of a picture: root mean squares over the pixels of (x − r) / √(r² + (m / 10)²), for luminances x of r
-/// of a mean of m.
+/// Estimated relative errors of a picture: root mean squares over the pixels of (x − r) / √(r² + (m
+/// / 10)²), for luminances x of r of a mean of m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
     /// Noise and bias together.
     pub error: f64,
-    /// The error is below this with a confidence of 95 %: what is not known of the error itself is taken
-    /// from how it differs from one part of the picture to another.
+    /// The error is below this with a confidence of 95 %: what is not known of the error itself is
+    /// taken from how it differs from one part of the picture to another.
     pub error_95: f64,
     pub noise: f64,
     pub bias: f64,
@@ -69,13 +71,15 @@ impl Accuracy {
     }
 }
 
-/// Iterations at which to look at the error again, for who waits for it to fall below a limit: first after 16, since fewer
-/// do not tell how much they vary, then an eighth more each time, since a limit tested often is passed by chance too early.
+/// Iterations at which to look at the error again, for who waits for it to fall below a limit:
+/// first after 16, since fewer do not tell how much they vary, then an eighth more each time, since
+/// a limit tested often is passed by chance too early.
 pub fn next_look(iterations: u64) -> u64 {
     (iterations * 9 / 8).max(16)
 }
 
-/// Of the means in `pixels`, row by row, after so many iterations; 1, all of it noise, where nothing is known yet.
+/// Of the means in `pixels`, row by row, after so many iterations; 1, all of it noise, where
+/// nothing is known yet.
 pub fn accuracy(pixels: &[FilmPixel], width: u32, iterations: u64) -> Accuracy {
     let width = (width as usize).max(1);
     let luminances: Vec<f64> = pixels

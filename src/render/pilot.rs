@@ -1,5 +1,6 @@
-//! Before the first iteration: a few rounds of camera and light paths find where light paths should begin, the radii
-//! to start with, whether culling pays, and how many photons the buffers must hold.
+//! Before the first iteration: a few rounds of camera and light paths find where light paths should
+//! begin, the radii to start with, whether culling pays, and how many photons the buffers must
+//! hold.
 
 use super::engine::Engine;
 use crate::guide::{Probes, learn};
@@ -78,8 +79,8 @@ fn at_least(least: f32, radius: f32, option: &'static str) -> Result<f32> {
     })
 }
 
-/// To 8 bits of mantissa, so that devices whose last bits differ start alike, and one can go on where
-/// another stopped.
+/// To 8 bits of mantissa, so that devices whose last bits differ start alike, and one can go on
+/// where another stopped.
 fn round_bits(radius: f32) -> f32 {
     f32::from_bits(radius.to_bits() & 0xffff_8000)
 }

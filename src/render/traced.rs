@@ -46,11 +46,13 @@ struct Tracing {
     running: Running,
 }
 
-/// What paths leave in turn, and the paths that the device traces while the host is at something else.
+/// What paths leave in turn, and the paths that the device traces while the host is at something
+/// else.
 ///
-/// The host must know how many photons an iteration has before it can ask for the rest of it. So that a GPU has work
-/// until then, the paths of the next two iterations are always under way: those of i + 2 follow the rest of i, whose
-/// place they take. A CPU device would trace them on the cores that the host wants, at an end in vain.
+/// The host must know how many photons an iteration has before it can ask for the rest of it. So
+/// that a GPU has work until then, the paths of the next two iterations are always under way: those
+/// of i + 2 follow the rest of i, whose place they take. A CPU device would trace them on the cores
+/// that the host wants, at an end in vain.
 pub struct Turns {
     // Dropped, and so waited for, before what it fills.
     ahead: VecDeque<Tracing>,
@@ -59,7 +61,8 @@ pub struct Turns {
 }
 
 impl Turns {
-    /// One set for CPU devices and for techniques without light paths; else two, where there is memory for both.
+    /// One set for CPU devices and for techniques without light paths; else two, where there is
+    /// memory for both.
     pub fn new(gpu: &Gpu, pixels: usize, paths: u32) -> Result<Self> {
         let set = || Traced::new(gpu, pixels, paths);
         let mut sets = vec![set()?];
@@ -85,8 +88,8 @@ impl Turns {
 }
 
 impl Engine {
-    /// Camera paths, then light paths, if there are any, repeated with larger buffers until no photon is lost.
-    /// Returns how many photons the caustic and the global map hold.
+    /// Camera paths, then light paths, if there are any, repeated with larger buffers until no
+    /// photon is lost. Returns how many photons the caustic and the global map hold.
     pub fn trace_paths(&mut self) -> Result<[u32; 2]> {
         let iteration = u64::from(self.frame_data.iteration);
         self.turns.now = iteration as usize % self.turns.sets.len();
@@ -121,7 +124,8 @@ impl Engine {
         }
     }
 
-    /// Has the paths of the next two iterations traced once the rest of this one, which the device knows of, is done.
+    /// Has the paths of the next two iterations traced once the rest of this one, which the device
+    /// knows of, is done.
     pub(super) fn look_ahead(&mut self) -> Result<()> {
         if self.turns.sets.len() > 1 {
             while let missing = self.turns.ahead.len() as u64
@@ -173,8 +177,9 @@ mod tests {
     use crate::settings::{Direct, Settings, Trace};
     use std::path::Path;
 
-    /// As a discrete GPU whose memory the host does not see, beside the CPU device that it is: the same light paths and
-    /// pixels, however often buffers grow under way; and bit for bit the same when it goes on from a saved picture.
+    /// As a discrete GPU whose memory the host does not see, beside the CPU device that it is: the
+    /// same light paths and pixels, however often buffers grow under way; and bit for bit the same
+    /// when it goes on from a saved picture.
     #[test]
     fn paths_traced_ahead_change_nothing() {
         let gpus = [DeviceKind::Cpu, DeviceKind::Discrete].map(|kind| {

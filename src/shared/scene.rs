@@ -5,16 +5,19 @@ use crate::gpu::Ptr;
 use bytemuck::{Pod, Zeroable};
 
 shared_structs! {
-    /// A node of the software scene tree: up to four children with their boxes, in cells of a grid of their own.
+    /// A node of the software scene tree: up to four children with their boxes, in cells of a grid
+    /// of their own.
     struct BvhNode {
         /// Corner of the grid.
         min_w: [f32; 3],
-        /// Edges (m) of a cell along x, y and z as exponents of floats, a byte each; number of children in the top byte.
+        /// Edges (m) of a cell along x, y and z as exponents of floats, a byte each; number of
+        /// children in the top byte.
         exponents: u32,
         /// Where the boxes begin along x, y and z, and where they end; child i in byte i.
         low: [u32; 3],
         high: [u32; 3],
-        /// Index of a node, or of a leaf's first triangle below its number of triangles in the top 4 bits.
+        /// Index of a node, or of a leaf's first triangle below its number of triangles in the top
+        /// 4 bits.
         children: [u32; 4],
     }
 
@@ -42,7 +45,8 @@ shared_structs! {
         unused: u32,
     }
 
-    /// A material's use of a texture: its number or NONE, the UV set, and (u', v') = rows · (u, v, 1).
+    /// A material's use of a texture: its number or NONE, the UV set, and (u', v') = rows · (u, v,
+    /// 1).
     struct TextureSlot {
         texture: u32,
         uv_set: u32,
@@ -69,7 +73,8 @@ shared_structs! {
         intensity: [f32; 3],
         cos_inner: f32,
         cos_outer: f32,
-        /// The way to it from the light tree's root: a bit for each level, the lowest first, 1 for the right child.
+        /// The way to it from the light tree's root: a bit for each level, the lowest first, 1 for
+        /// the right child.
         trail: u32,
     }
 
@@ -113,7 +118,8 @@ shared_structs! {
         radiance: Ptr<[f32; 3]>,
         /// Rows of cells between the texels' middles: one more than texels have, and the end.
         rows: Ptr<EnvironmentRow>,
-        /// The probability of the cells before this one among those of its row; one more for the end of each row.
+        /// The probability of the cells before this one among those of its row; one more for the
+        /// end of each row.
         columns: Ptr<f32>,
         /// Width and height.
         size: [u32; 2],

@@ -1,5 +1,5 @@
-//! Everything that emits, with the numbers that choose among it in proportion to luminous flux, for light paths, and
-//! the tree that does so by place, for rays to the lights.
+//! Everything that emits, with the numbers that choose among it in proportion to luminous flux, for
+//! light paths, and the tree that does so by place, for rays to the lights.
 
 use super::light_tree::{self, Emitter};
 use super::{emission, environment};
@@ -13,7 +13,8 @@ use std::f32::consts::PI;
 
 /// All lights.
 pub struct Lights {
-    /// Emissive triangles, maybe in parts, in the order of the file; then lights without area; then the environment.
+    /// Emissive triangles, maybe in parts, in the order of the file; then lights without area; then
+    /// the environment.
     pub lights: Vec<Light>,
     pub tree: Vec<LightNode>,
     pub names: LightNames,

@@ -50,7 +50,14 @@ fn estimated_errors_are_errors() {
         let actual = actual.measure(Metric::Relative).value;
         let found = renderer.accuracy().unwrap();
         println!("{actual:.5}: {found:?}");
-        assert_eq!(found.noise > 4.0 * found.bias, is_noise, "{found:?}");
+        // Where few photons are found, how they differ within half the radius is known too badly to tell that there is no
+        // bias: from seed to seed it is taken for anything between none and more than the noise.
+        let noise = found.noise / actual;
+        assert_eq!(
+            (0.9..1.4).contains(&noise),
+            is_noise,
+            "{found:?} for {actual}"
+        );
         assert_eq!(found.bias > 4.0 * found.noise, !is_noise, "{found:?}");
         // Bias is taken for that of a step, which is 1.5 times that of smooth light.
         let ratio = found.error / actual;

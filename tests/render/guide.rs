@@ -1,5 +1,5 @@
-//! Guided light paths: the same expected image on every kind of light, the same photons in all traversals, and the same
-//! picture however far the rest of the scene reaches.
+//! Guided light paths: the same expected image on every kind of light, the same photons in all
+//! traversals, and the same picture however far the rest of the scene reaches.
 
 use crate::check::{Device, SIGMAS, assert_traversals_agree, layer, settings};
 use crate::environment::{map, uniform};
@@ -55,7 +55,8 @@ fn sun(scene: &mut Scene, illuminance: f32) {
     });
 }
 
-/// An emissive square of edge `size` at a distance, in the sun's direction, which brings as much light.
+/// An emissive square of edge `size` at a distance, in the sun's direction, which brings as much
+/// light.
 fn square_sun(scene: &mut Scene, distance: f32, size: f32, illuminance: f32) {
     let shine = illuminance * (distance / size).powi(2);
     let shine = material(scene, lamp(Vec3::splat(shine)));
@@ -78,8 +79,8 @@ fn guided(edge: u32, photons: u32, radius: f32) -> Settings {
     }
 }
 
-/// Skies, suns, lamps with and without area: guided means are unguided ones, block by block. Unguided noise grows with the
-/// extent of the world, so it is small here.
+/// Skies, suns, lamps with and without area: guided means are unguided ones, block by block.
+/// Unguided noise grows with the extent of the world, so it is small here.
 #[test]
 fn guided_means_are_unguided_means() {
     let device = Device::open();
@@ -143,8 +144,8 @@ fn guided_photons_are_the_same_in_all_traversals() {
     assert_traversals_agree(&device, &showroom(&device), &settings, "showroom", &maps);
 }
 
-/// Of hundreds of thousands of rays over a wide ground, traversals see one or two otherwise, and learn a little otherwise;
-/// by the same guide they make the same photons.
+/// Of hundreds of thousands of rays over a wide ground, traversals see one or two otherwise, and
+/// learn a little otherwise; by the same guide they make the same photons.
 #[test]
 fn a_saved_guide_makes_the_same_photons_in_all_traversals() {
     let device = Device::open();
@@ -180,7 +181,8 @@ fn a_saved_guide_makes_the_same_photons_in_all_traversals() {
     }
 }
 
-/// Of the sum of a layer, its standard error over iterations, and the photons that came near view samples.
+/// Of the sum of a layer, its standard error over iterations, and the photons that came near view
+/// samples.
 fn caustic(gpu: &Gpu, scene: &Scene, settings: &Settings) -> (f64, f64, u64, Picture) {
     let mut renderer = Renderer::new(gpu, scene, settings).unwrap();
     let mut before = 0.0;
@@ -204,7 +206,8 @@ fn caustic(gpu: &Gpu, scene: &Scene, settings: &Settings) -> (f64, f64, u64, Pic
     (mean, variance.sqrt(), stored, renderer.picture().unwrap())
 }
 
-/// The ball's caustic does not know how far the ground goes, what stands there, or how far away the lamp is.
+/// The ball's caustic does not know how far the ground goes, what stands there, or how far away the
+/// lamp is.
 #[test]
 fn far_surroundings_cost_nothing() {
     let device = Device::open();
