@@ -13,7 +13,7 @@ use crate::gpu::{Gpu, Timings};
 use crate::guide::{Guide, Lesson};
 use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
-use crate::scene::Scene;
+use crate::scene::{Material, Scene, Triangle};
 use crate::settings::{Direct, Evaluate, Settings};
 use crate::shared::{
     FEATURE_DIFFUSE, FEATURE_DIRECT_RAYS, FEATURE_LEDGER, FEATURE_SPECULAR, FilmPixel, Frame,
@@ -60,6 +60,8 @@ pub struct Renderer {
     settings: String,
     scene_hash: [u8; 32],
     seed: u64,
+    /// The technique finds no light of lamps without area by way of mirrors and glass, and there are such.
+    blind: bool,
     iterations: u64,
     /// Of iterations before a resume.
     seconds_before: f64,
@@ -156,6 +158,7 @@ impl Renderer {
             technique,
             scene_hash: scene.hash,
             seed: settings.seed,
+            blind: !row.photons && has_hidden_light(scene),
             iterations: 0,
             seconds_before: 0.0,
             busy: Duration::ZERO,
@@ -257,19 +260,24 @@ impl Renderer {
 
     /// Light that the picture should have, of which too little was found to know how much it varies.
     fn unknown(&self, pixels: &[FilmPixel]) -> Option<Unknown> {
+        if self.blind {
+            return Some(Unknown::Unseen);
+        }
         if self.engine.frame_data.paths == 0 {
             return None;
         }
+        // A picture of a few pixels has no more that could be lit.
+        let least = LEAST_LIT.min(pixels.len() / 8);
         let [caustic, global] = self.engine.lesson.light;
         let found = |layer: fn(&FilmPixel) -> [f32; 3]| {
             let lit = pixels.iter().filter(|p| layer(p) != [0.0; 3]);
             lit.count()
         };
         let features = self.engine.world.features;
-        if caustic && features & FEATURE_SPECULAR != 0 && found(|p| p.caustic) < LEAST_LIT {
+        if caustic && features & FEATURE_SPECULAR != 0 && found(|p| p.caustic) < least {
             return Some(Unknown::Caustics);
         }
-        (global && found(|p| p.global) < LEAST_LIT).then_some(Unknown::Indirect)
+        (global && found(|p| p.global) < least).then_some(Unknown::Indirect)
     }
 
     /// How light paths were guided.
@@ -335,6 +343,16 @@ impl Renderer {
     }
 }
 
+/// Lamps without area, and smooth glass or mirrors that show their light.
+fn has_hidden_light(scene: &Scene) -> bool {
+    let smooth = |m: &Material| {
+        let specular = m.is_transmissive() || m.metallic > 0.5;
+        specular && m.roughness < 0.05 && !m.unlit
+    };
+    let used = |t: &Triangle| scene.materials.get(t.material as usize).is_some_and(smooth);
+    !scene.lights.is_empty() && scene.stored_triangles().any(used)
+}
+
 /// Where two lines of names and values differ.
 fn differences(before: &str, now: &str) -> String {
     let [a, b] = [before, now].map(|line| line.split(' ').collect::<Vec<_>>());
@@ -355,7 +373,7 @@ fn canonical(settings: &Settings, engine: &Engine, technique: &str, rays: bool) 
     let frame = &engine.frame_data;
     let [caustic, global] = engine.first_radius2.map(f64::sqrt);
     format!(
-        "technique {technique} size {}x{} camera {} photons {} depth {} direct {} radius {global:e} caustic {caustic:e} alpha {} cull {} evaluate {} reservoir {} reject {}",
+        "technique {technique} size {}x{} camera {} photons {} depth {} direct {} radius {global:e} caustic {caustic:e} alpha {} cull {} evaluate {} reservoir {} reject {} guide {}",
         frame.size[0],
         frame.size[1],
         settings.camera.as_deref().unwrap_or("0"),
@@ -371,6 +389,7 @@ fn canonical(settings: &Settings, engine: &Engine, technique: &str, rays: bool) 
         },
         settings.reservoir,
         settings.reject,
+        if engine.lesson.on { "on" } else { "off" },
     )
 }
 

@@ -271,11 +271,16 @@ fn say_guide(args: &RenderArgs, lesson: &Lesson) {
         return say(args, &line);
     }
     let on = if lesson.on { "on" } else { "off" };
+    let gain = match lesson.gain {
+        gain if gain > 1000.0 => "more than 1000".into(),
+        gain => format!("{gain:.2}"),
+    };
     say(
         args,
         &format!(
-            "guide {on}: without it the variance is {:.3} times as high; {} cells, {:.1} kB, learned in {:.2} s",
-            lesson.gain,
+            "guide {on}: it lowers the variance {gain} times and takes {:.2} times as long a path; \
+             {} cells, {:.1} kB, learned in {:.2} s",
+            lesson.cost,
             lesson.cells,
             lesson.bytes as f64 * 1e-3,
             lesson.seconds.as_secs_f64()

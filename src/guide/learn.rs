@@ -8,7 +8,7 @@ use crate::Result;
 use crate::render::Engine;
 use crate::settings::Switch;
 use crate::shared::Photon;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 /// Rounds of light paths.
@@ -19,12 +19,14 @@ const USEFUL: f32 = 0.15;
 /// A guide must spare so many times what it costs: the estimates of both are rough, and light paths
 /// spread less evenly.
 const LEAST_GAIN: f32 = 1.5;
+/// Light paths of an iteration, if guided ones take so long that there are to be fewer, at least.
+const LEAST_PATHS: u32 = 8192;
 /// Where photons that view samples gather are fewer, it is asked whether there should be more.
 const FEW: usize = 1000;
 /// What paths from the eye found counts for so much of the whole, once there are light paths.
 const EYE_SHARE: f32 = 0.25;
 /// Likewise, what lies beside that of light paths.
-const HALO_SHARE: f32 = 0.1;
+const HALO_SHARE: f32 = 0.15;
 
 /// What was learned, and from what.
 #[derive(Default)]
@@ -32,8 +34,10 @@ pub struct Lesson {
     /// Share of light paths that left a photon where a view sample gathers: without and with a
     /// guide.
     pub useful: [f32; 2],
-    /// The variance without a guide over that with it.
+    /// The variance without a guide over that with it, of as many light paths.
     pub gain: f32,
+    /// How many times as long a guided light path takes, all in all.
+    pub cost: f32,
     pub cells: usize,
     pub bytes: usize,
     /// Whether the guide is used.
@@ -73,20 +77,29 @@ impl Round {
         self.brought.iter().map(|b| b.path).collect()
     }
 
-    /// What an iteration takes, in edges of paths: about one a photon beside the last of each path,
-    /// and a few for each pixel's path and gathers.
-    fn cost(&self, engine: &Engine) -> f32 {
-        let pixels = engine.view.pixel_count() as f32;
-        4.0 * pixels + engine.frame_data.paths as f32 + 2.0 * self.photons.len() as f32
+    /// What light paths take, in edges of the cheapest ones: those that leave nothing end soon, the others run through what
+    /// the scene is full of. Counted, not timed, so that all runs decide alike.
+    fn cost(&self, paths: u32) -> f32 {
+        let mut longest: BTreeMap<u32, u32> = BTreeMap::new();
+        for photon in &self.photons {
+            let edges = longest.entry(photon.path).or_default();
+            *edges = photon.power.edges().max(*edges);
+        }
+        0.25 * paths as f32
+            + longest
+                .values()
+                .map(|&edges| 2.0 * edges as f32)
+                .sum::<f32>()
     }
 }
 
-/// Sets the engine's guide, if that is wanted and gains enough. `pixels`: radii within which
+/// Sets the engine's guide, if that is wanted and gains enough, and the number of light paths, unless that is to be kept. `pixels`: radii within which
 /// photons of the caustic and the global map matter to a view sample. Returns view samples and
 /// photons of the last round, and what was learned.
 pub fn learn(
     engine: &mut Engine,
     wish: Switch,
+    keep_paths: bool,
     pixels: [f32; 2],
 ) -> Result<(Probes, Vec<Photon>, Lesson)> {
     let start = Instant::now();
@@ -97,6 +110,7 @@ pub fn learn(
     let mut lesson = Lesson {
         useful: [share; 2],
         gain: 1.0,
+        cost: 1.0,
         light: [true; 2],
         ..Lesson::default()
     };
@@ -116,7 +130,8 @@ pub fn learn(
     }
     let by_light_before = by_light(engine, &useful)?;
     let mut tree = Tree::learn(&mut eye.samples.clone());
-    let mut found = Vec::new();
+    // What is found without a guide shows what paths from the eye did not find.
+    let mut found = from_light(engine, &even.brought)?;
     for i in 0..ROUNDS {
         engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
         let round = Round::new(engine, i, pixels)?;
@@ -128,22 +143,34 @@ pub fn learn(
         tree = Tree::learn(&mut samples.collect::<Vec<_>>());
     }
     engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
-    let guided = Round::new(engine, 0, pixels)?;
+    let mut guided = Round::new(engine, 0, pixels)?;
     let useful = guided.useful();
     let by_light = by_light(engine, &useful)?;
     let names = engine.world.light_names.names().iter().cloned();
     let shares = by_light_before.into_iter().zip(by_light);
-    let more = guided.cost(engine) / even.cost(engine);
+    // Per pixel that is what its path and its gathers take.
+    let others = 1.5 * engine.view.pixel_count() as f32;
+    let [cost_even, cost_guided] = [&even, &guided].map(|round| round.cost(paths));
+    // Guided paths take longer, so fewer do, in about the time that others would have taken: what else is in the picture
+    // than photons needs its iterations too.
+    let share_of_paths = ((others + cost_even) / cost_guided).min(1.0);
+    let more = (others + share_of_paths * cost_guided) / (others + cost_even);
     lesson = Lesson {
         useful: [share, useful.len() as f32 / paths as f32],
         gain: gain(&guided.brought),
+        cost: more / share_of_paths,
         cells: tree.cells.len(),
         bytes: engine.guide.bytes(),
         lights: names.zip(shares.map(|(a, b)| [a, b])).collect(),
-        seconds: start.elapsed(),
         ..lesson
     };
-    lesson.on = wish == Switch::On || lesson.gain > LEAST_GAIN * more;
+    lesson.on = wish == Switch::On || lesson.gain > LEAST_GAIN * lesson.cost;
+    if lesson.on && !keep_paths {
+        let fewer = (paths as f32 * share_of_paths) as u32;
+        engine.frame_data.paths = fewer.max(LEAST_PATHS).min(paths);
+        guided = Round::new(engine, 0, pixels)?;
+    }
+    lesson.seconds = start.elapsed();
     if lesson.on {
         return Ok((guided.probes, guided.photons, lesson));
     }

@@ -122,7 +122,8 @@ pub fn gain(brought: &[Brought]) -> f32 {
         let squares = brought.iter().map(|b| b.relative * b.relative * weight(b));
         squares.sum::<f32>()
     };
-    squares(|b| b.density) / squares(|_| 1.0)
+    let gain = squares(|b| b.density) / squares(|_| 1.0);
+    if gain.is_finite() { gain } else { 1.0 }
 }
 
 /// Photons in cells.

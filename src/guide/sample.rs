@@ -136,7 +136,8 @@ fn numbers(primary: &PrimarySample) -> [u32; 7] {
     ]
 }
 
-fn bounded(mut samples: Vec<Sample>) -> Vec<Sample> {
+/// None far above the mean.
+pub fn bounded(mut samples: Vec<Sample>) -> Vec<Sample> {
     let sum: f64 = samples.iter().map(|s| f64::from(s.weight)).sum();
     let most = MOST_OF_MEAN * (sum / samples.len().max(1) as f64) as f32;
     for sample in &mut samples {

@@ -50,6 +50,8 @@ pub struct Accuracy {
 pub enum Unknown {
     Caustics,
     Indirect,
+    /// What the technique does not see at all.
+    Unseen,
 }
 
 impl Unknown {
@@ -58,6 +60,9 @@ impl Unknown {
         match self {
             Self::Caustics => {
                 "unknown: specular surfaces are lit, and hardly a photon of them is found"
+            }
+            Self::Unseen => {
+                "unknown: this technique does not see lamps without area by way of mirrors and glass"
             }
             Self::Indirect => "unknown: surfaces are lit, and hardly a photon from them is found",
         }

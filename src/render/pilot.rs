@@ -19,7 +19,8 @@ const CULL_BELOW: f32 = 0.75;
 /// Sets the guide, the first radii, culling, and buffer sizes of the engine.
 pub fn prepare(engine: &mut Engine, settings: &Settings) -> Result<()> {
     let pixels = PIXELS.map(|p| *p.end());
-    let (probes, photons, lesson) = learn(engine, settings.guide, pixels)?;
+    let (probes, photons, lesson) =
+        learn(engine, settings.guide, settings.photons.is_some(), pixels)?;
     engine.lesson = lesson;
     first_radii(engine, settings, &probes, &photons)?;
     engine.frame_data.cull = match settings.cull {

@@ -151,4 +151,9 @@ impl PhotonPower {
         let unit = ((high >> 22) as f32 - 256.0 - 16.0).exp2();
         [low & 0xffff, low >> 16, high & 0xffff].map(|mantissa| mantissa as f32 * unit)
     }
+
+    /// From the light to here, as `photon_edges` has it.
+    pub fn edges(&self) -> u32 {
+        self.flux[1] >> 16 & 63
+    }
 }
