@@ -1,18 +1,18 @@
 //! How far a picture is from the truth, bias included, without knowing the truth.
 //!
-//! Errors are relative: the root mean square over the pixels of (x − r) / √(r² + (m / 10)²), where
-//! x and r are the luminances of picture and truth, and m is the mean of r. Where what was gathered
-//! within half the radius is known well, that is r, since beside a bright caustic most of the rest
-//! may be blur; elsewhere r is the median of the neighbourhood, since a value that a few bright
-//! outliers make is no truth. Two things make errors:
+//! Errors are relative: the root mean square over the pixels of (x − r) / √(r² + (m / 10)²), where x
+//! and r are the luminances of picture and truth, and m is the mean of r. Where what was gathered
+//! within half the radius is known well, that is r, since beside a bright caustic most of the rest may
+//! be blur; elsewhere r is the median of the neighbourhood, since a value that a few bright outliers
+//! make is no truth. Two things make errors:
 //!
 //! * Noise: the variance over the iterations, divided by their number.
-//! * Bias: B(ρ), what a density estimate of radius ρ blurs. Each iteration gathers twice from the same photons, within ρ
-//!   and within ρ / 2, and B(ρ) − B(ρ / 2) is what the film averages. Where light varies smoothly B
-//! grows with ρ², and B(ρ) is 4/3   of that difference; at a step, such as the edge of a shadow or
-//! a caustic, the root mean square of B about it is   2.08 of the difference's.
-//! [`BIAS_PER_DIFFERENCE`] is for steps. (Hachisuka, Jarosz & Jensen 2010 take B from   derivatives
-//! of the kernel, which presumes the first case.)
+//! * Bias: B(ρ), what a density estimate of radius ρ blurs. Each iteration gathers twice from the same
+//!   photons, within ρ and within ρ / 2, and B(ρ) − B(ρ / 2) is what the film averages. Where light
+//!   varies smoothly B grows with ρ², and B(ρ) is 4/3 of that difference; at a step, such as the edge
+//!   of a shadow or a caustic, the root mean square of B about it is 2.08 of the difference's.
+//!   [`BIAS_PER_DIFFERENCE`] is for steps. (Hachisuka, Jarosz & Jensen 2010 take B from derivatives of
+//!   the kernel, which presumes the first case.)
 
 use crate::film::radiance;
 use crate::image::luminance;
