@@ -20,9 +20,10 @@ use convert::{material, slots, texture_array};
 use features::ANY_SLOT;
 use geometry::Geometry;
 use glam::Vec3;
-use lights::{LightNames, Lights};
+use lights::Lights;
 
 pub use features::{FEATURES, Feature, everything, features};
+pub use lights::LightNames;
 pub use usage::{Reached, Use, upload_bytes};
 
 /// The scene's buffers and what they hold.

@@ -3,11 +3,13 @@
 
 use super::probes::{Brought, Probes, gain};
 use super::sample::{around, from_eye, from_light, normalized, primaries};
+use super::tree::Sample;
 use super::{Focus, Guide, Tree};
 use crate::Result;
 use crate::render::Engine;
 use crate::settings::Switch;
 use crate::shared::Photon;
+use crate::world::LightNames;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
@@ -27,6 +29,10 @@ const FEW: usize = 1000;
 const EYE_SHARE: f32 = 0.25;
 /// Likewise, what lies beside that of light paths.
 const HALO_SHARE: f32 = 0.15;
+/// So many lights are told apart whatever that gains.
+const MOST_LIGHTS: usize = 64;
+/// Over the number of lights: the share that each of them has at least that was found to matter.
+const HEED_SHARE: f32 = 0.1;
 
 /// What was learned, and from what.
 #[derive(Default)]
@@ -77,8 +83,9 @@ impl Round {
         self.brought.iter().map(|b| b.path).collect()
     }
 
-    /// What light paths take, in edges of the cheapest ones: those that leave nothing end soon, the others run through what
-    /// the scene is full of. Counted, not timed, so that all runs decide alike.
+    /// What light paths take, in edges of the cheapest ones: those that leave nothing end soon, the
+    /// others run through what the scene is full of. Counted, not timed, so that all runs decide
+    /// alike.
     fn cost(&self, paths: u32) -> f32 {
         let mut longest: BTreeMap<u32, u32> = BTreeMap::new();
         for photon in &self.photons {
@@ -93,9 +100,10 @@ impl Round {
     }
 }
 
-/// Sets the engine's guide, if that is wanted and gains enough, and the number of light paths, unless that is to be kept. `pixels`: radii within which
-/// photons of the caustic and the global map matter to a view sample. Returns view samples and
-/// photons of the last round, and what was learned.
+/// Sets the engine's guide, if that is wanted and gains enough, and the number of light paths,
+/// unless that is to be kept. `pixels`: radii within which photons of the caustic and the global
+/// map matter to a view sample. Returns view samples and photons of the last round, and what was
+/// learned.
 pub fn learn(
     engine: &mut Engine,
     wish: Switch,
@@ -129,7 +137,8 @@ pub fn learn(
         return Ok((even.probes, even.photons, lesson));
     }
     let by_light_before = by_light(engine, &useful)?;
-    let mut tree = Tree::learn(&mut eye.samples.clone());
+    let lights = engine.world.light_names.borders(MOST_LIGHTS);
+    let mut tree = Tree::learn(&mut eye.samples.clone(), &lights);
     // What is found without a guide shows what paths from the eye did not find.
     let mut found = from_light(engine, &even.brought)?;
     for i in 0..ROUNDS {
@@ -140,7 +149,9 @@ pub fn learn(
         let samples = normalized(&found, 1.0 - EYE_SHARE - HALO_SHARE)
             .chain(normalized(&eye.samples, EYE_SHARE))
             .chain(normalized(&beside, HALO_SHARE));
-        tree = Tree::learn(&mut samples.collect::<Vec<_>>());
+        let mut samples: Vec<Sample> = samples.collect();
+        heed_all_lights(&mut samples, &engine.world.light_names);
+        tree = Tree::learn(&mut samples, &lights);
     }
     engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
     let mut guided = Round::new(engine, 0, pixels)?;
@@ -151,8 +162,8 @@ pub fn learn(
     // Per pixel that is what its path and its gathers take.
     let others = 1.5 * engine.view.pixel_count() as f32;
     let [cost_even, cost_guided] = [&even, &guided].map(|round| round.cost(paths));
-    // Guided paths take longer, so fewer do, in about the time that others would have taken: what else is in the picture
-    // than photons needs its iterations too.
+    // Guided paths take longer, so fewer do, in about the time that others would have taken: what
+    // else is in the picture than photons needs its iterations too.
     let share_of_paths = ((others + cost_even) / cost_guided).min(1.0);
     let more = (others + share_of_paths * cost_guided) / (others + cost_even);
     lesson = Lesson {
@@ -176,6 +187,27 @@ pub fn learn(
     }
     engine.guide = Guide::none(&engine.gpu, &engine.world)?;
     Ok((even.probes, even.photons, lesson))
+}
+
+/// Lights that were seldom found to matter get a share all the same, from which the next round
+/// learns more of them: what was found once may be the only light of a room.
+fn heed_all_lights(samples: &mut [Sample], names: &LightNames) {
+    let mut weights = vec![0.0_f32; names.names().len()];
+    let name = |sample: &Sample| names.of_number(sample.at[0]);
+    for sample in samples.iter() {
+        if let Some(name) = name(sample) {
+            weights[name] += sample.weight;
+        }
+    }
+    let found = weights.iter().filter(|w| **w > 0.0).count();
+    let least = HEED_SHARE * weights.iter().sum::<f32>() / found.max(1) as f32;
+    for sample in samples {
+        if let Some(name) = name(sample)
+            && weights[name] < least
+        {
+            sample.weight *= least / weights[name];
+        }
+    }
 }
 
 /// The share of each light's paths that are useful; of those that begin at lights of the same name.

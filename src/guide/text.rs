@@ -62,7 +62,7 @@ mod tests {
             weight: 1.0 + (i % 7) as f32,
             square: 1.0,
         };
-        let tree = Tree::learn(&mut (0..5000).map(sample).collect::<Vec<_>>());
+        let tree = Tree::learn(&mut (0..5000).map(sample).collect::<Vec<_>>(), &[1 << 20]);
         assert!(tree.cells.len() > 20, "{}", tree.cells.len());
         let focus = Focus {
             center_w: Vec3::new(1.0, -2.5e-7, 3e8),

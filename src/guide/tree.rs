@@ -83,6 +83,8 @@ struct Part {
     count: f64,
     /// Of all light paths that should begin here, before any are spread.
     mass: f64,
+    /// Where to split it, if that gains enough.
+    best: Option<Split>,
     split: Option<Split>,
     /// The part below the split, beside the one above it.
     child: usize,
@@ -111,9 +113,10 @@ impl Tree {
         }
     }
 
-    /// Fitted to samples, whose order it changes.
-    pub fn learn(samples: &mut [Sample]) -> Self {
-        let mut parts = grow(samples);
+    /// Fitted to samples, whose order it changes. Between lights that begin at these numbers, ascending,
+    /// it is split whatever that gains: else a lamp that was found once would be lost among others.
+    pub fn learn(samples: &mut [Sample], lights: &[u32]) -> Self {
+        let mut parts = grow(samples, lights);
         weigh(&mut parts, samples);
         let mut shapes = Vec::with_capacity(parts.len());
         append_shapes(&mut shapes, &parts, 0, 1.0);
@@ -175,8 +178,11 @@ fn append_shapes(shapes: &mut Vec<Shape>, parts: &[Part], index: usize, learned:
     let volumes = children.map(|child| self::volume(&child.bounds));
     let spread = PRIOR_SAMPLES / part.count;
     let learned = [0, 1].map(|i| {
-        let found = children[i].mass / part.mass;
-        learned * (found + spread * volumes[i] / volume) / (1.0 + spread)
+        let by_volume = volumes[i] / volume;
+        if part.mass <= 0.0 || !spread.is_finite() {
+            return learned * by_volume;
+        }
+        learned * (children[i].mass / part.mass + spread * by_volume) / (1.0 + spread)
     });
     let wanted = [0, 1].map(|i| (1.0 - DEFENSIVE) * learned[i] + DEFENSIVE * volumes[i]);
     let below = wanted[0] / (wanted[0] + wanted[1]);
@@ -224,54 +230,70 @@ fn volume(bounds: &Bounds) -> f64 {
     shares.product()
 }
 
-/// Splits where that gains most, as long as it gains enough. The whole comes first.
-fn grow(samples: &mut [Sample]) -> Vec<Part> {
-    let mut parts = Vec::new();
+/// Splits between lights, and then where that gains most, as long as it gains enough. The whole comes
+/// first.
+fn grow(samples: &mut [Sample], lights: &[u32]) -> Vec<Part> {
+    let mut parts = vec![part_of(samples, WHOLE_BOX, 0..samples.len())];
     let mut open = BinaryHeap::new();
-    add_part(&mut parts, &mut open, samples, WHOLE_BOX, 0..samples.len());
-    while let Some(Candidate { part, split, .. }) = open.pop()
-        && parts.len() < 2 * MAX_CELLS - 1
-    {
-        let Some([below, above]) = halves(&parts[part].bounds, split.axis, split.at) else {
+    let mut between = vec![(0, lights)];
+    while let Some((part, lights)) = between.pop() {
+        let (before, rest) = lights.split_at(lights.len() / 2);
+        let Some((&at, after)) = rest.split_first() else {
+            open.extend(parts[part].best.map(|split| Candidate { part, split }));
             continue;
         };
-        let Range { start, end } = parts[part].samples;
-        let members = &mut samples[start..end];
-        let middle = start + partition(members, |s| u64::from(s.at[split.axis]) < split.at);
-        parts[part].split = Some(split);
-        parts[part].child = parts.len();
-        add_part(&mut parts, &mut open, samples, below, start..middle);
-        add_part(&mut parts, &mut open, samples, above, middle..end);
+        let split = Split {
+            axis: 0,
+            at: at.into(),
+            gain: 0.0,
+        };
+        if split_part(&mut parts, samples, part, split) {
+            let child = parts[part].child;
+            between.extend([(child, before), (child + 1, after)]);
+        }
+    }
+    while let Some(Candidate { part, split }) = open.pop()
+        && parts.len() < 2 * MAX_CELLS - 1
+    {
+        if split_part(&mut parts, samples, part, split) {
+            for part in [parts[part].child, parts[part].child + 1] {
+                open.extend(parts[part].best.map(|split| Candidate { part, split }));
+            }
+        }
     }
     parts
 }
 
-fn add_part(
-    parts: &mut Vec<Part>,
-    open: &mut BinaryHeap<Candidate>,
-    samples: &[Sample],
-    bounds: Bounds,
-    range: Range<usize>,
-) {
-    let (count, split) = best_split(&samples[range.clone()], &bounds);
-    open.extend(split.map(|split| Candidate {
-        gain: split.gain,
-        part: parts.len(),
-        split,
-    }));
-    parts.push(Part {
+/// Appends both halves; false where the split lies outside.
+fn split_part(parts: &mut Vec<Part>, samples: &mut [Sample], part: usize, split: Split) -> bool {
+    let Some([below, above]) = halves(&parts[part].bounds, split.axis, split.at) else {
+        return false;
+    };
+    let Range { start, end } = parts[part].samples;
+    let members = &mut samples[start..end];
+    let middle = start + partition(members, |s| u64::from(s.at[split.axis]) < split.at);
+    parts[part].split = Some(split);
+    parts[part].child = parts.len();
+    parts.push(part_of(samples, below, start..middle));
+    parts.push(part_of(samples, above, middle..end));
+    true
+}
+
+fn part_of(samples: &[Sample], bounds: Bounds, range: Range<usize>) -> Part {
+    let (count, best) = best_split(&samples[range.clone()], &bounds);
+    Part {
         bounds,
         samples: range,
         count,
         mass: 0.0,
+        best,
         split: None,
         child: 0,
-    });
+    }
 }
 
 /// What could be split.
 struct Candidate {
-    gain: f64,
     part: usize,
     split: Split,
 }
@@ -293,7 +315,7 @@ impl PartialOrd for Candidate {
 /// By what a split would gain; of equals, the one that was made first.
 impl Ord for Candidate {
     fn cmp(&self, other: &Self) -> Ordering {
-        let by_gain = self.gain.total_cmp(&other.gain);
+        let by_gain = self.split.gain.total_cmp(&other.split.gain);
         by_gain.then_with(|| other.part.cmp(&self.part))
     }
 }
@@ -452,7 +474,7 @@ mod tests {
 
     #[test]
     fn cells_fill_the_whole_and_share_all_paths() {
-        let tree = Tree::learn(&mut needle(4000));
+        let tree = Tree::learn(&mut needle(4000), &[]);
         let size = |size: u32| {
             if size == 0 {
                 1.0
@@ -475,10 +497,28 @@ mod tests {
 
     #[test]
     fn what_is_tiny_is_found() {
-        let tree = Tree::learn(&mut needle(4000));
+        let tree = Tree::learn(&mut needle(4000), &[]);
         // By volume one path in 10¹⁵ would begin there.
         let density = tree.cells.iter().map(|c| c.density).fold(0.0, f32::max);
         assert!(density > 1e14, "{density}");
+    }
+
+    /// Found once among thousands, a light gets the share of its weight.
+    #[test]
+    fn a_light_found_once_is_not_lost() {
+        let mut samples = needle(4000);
+        samples.push(Sample {
+            at: [100, 7, 7, 7, 7, 7, 7],
+            weight: 200.0,
+            square: 0.0,
+        });
+        let tree = Tree::learn(&mut samples, &[1000]);
+        let of_light = tree.cells.iter().filter(|c| c.first_light == 0);
+        let volume = 1000.0 / WHOLE as f64;
+        let densities: Vec<f32> = of_light.map(|c| c.density).collect();
+        assert_eq!(densities.len(), 1);
+        let share = f64::from(densities[0]) * volume;
+        assert!((0.03..0.06).contains(&share), "{share}");
     }
 
     #[test]
@@ -490,7 +530,7 @@ mod tests {
                 weight: 1.0,
                 square: 1.0,
             };
-            let tree = Tree::learn(&mut (0..n).map(sample).collect::<Vec<_>>());
+            let tree = Tree::learn(&mut (0..n).map(sample).collect::<Vec<_>>(), &[]);
             assert_eq!(tree.cells.len(), 1, "{n}");
             assert_eq!(tree.cells[0].density, 1.0);
         }
@@ -518,7 +558,7 @@ mod tests {
                 square: if rare { 9e4 } else { 1.0 },
             }
         };
-        let tree = Tree::learn(&mut (0..40_000).map(sample).collect::<Vec<_>>());
+        let tree = Tree::learn(&mut (0..40_000).map(sample).collect::<Vec<_>>(), &[]);
         let Some(Shape::Split { axis: 3, share, .. }) = tree.shapes.first().copied() else {
             panic!("{:?}", tree.shapes);
         };

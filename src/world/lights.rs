@@ -40,6 +40,18 @@ impl LightNames {
         Some(light.1 as usize)
     }
 
+    /// Where lights of another name begin; none where that is more often than `most`.
+    pub fn borders(&self, most: usize) -> Vec<u32> {
+        let pairs = self.lights.windows(2);
+        let other = pairs.filter(|pair| pair[0].1 != pair[1].1);
+        let borders: Vec<u32> = other.map(|pair| pair[1].0).collect();
+        if borders.len() <= most {
+            borders
+        } else {
+            Vec::new()
+        }
+    }
+
     /// The next light has this name.
     fn add(&mut self, name: String) {
         let known = self.names.iter().rposition(|n| *n == name);

@@ -22,7 +22,7 @@ pub fn rows(table: &mut Table) {
         "mean off the truth",
         0.02,
         &one,
-        |device, settings| (mean(&render(device, &scene, settings, 32)) - 1.0).abs(),
+        |device, settings| (mean(&render(device, &scene, settings, 128)) - 1.0).abs(),
     );
     // Fills the view, whatever the camera.
     let mut sky = Scene::default();
