@@ -13,7 +13,7 @@ use crate::gpu::{Gpu, Timings};
 use crate::guide::{Guide, Lesson};
 use crate::image::{Metadata, Picture};
 use crate::photons::Photons;
-use crate::scene::{Material, Scene, Triangle};
+use crate::scene::Scene;
 use crate::settings::{Direct, Evaluate, Settings};
 use crate::shared::{
     FEATURE_DIFFUSE, FEATURE_DIRECT_RAYS, FEATURE_LEDGER, FEATURE_SPECULAR, FilmPixel, Frame,
@@ -34,6 +34,7 @@ pub use traced::Traced;
 use accuracy::accuracy;
 use choices::{
     check_photons, choose_camera, choose_technique, choose_trace, default_paths, default_size,
+    has_hidden_light,
 };
 use engine::Ledger64;
 use idle::Idle;
@@ -341,16 +342,6 @@ impl Renderer {
             ("iterations repeated with larger buffers", l.regrown),
         ]
     }
-}
-
-/// Lamps without area, and smooth glass or mirrors that show their light.
-fn has_hidden_light(scene: &Scene) -> bool {
-    let smooth = |m: &Material| {
-        let specular = m.is_transmissive() || m.metallic > 0.5;
-        specular && m.roughness < 0.05 && !m.unlit
-    };
-    let used = |t: &Triangle| scene.materials.get(t.material as usize).is_some_and(smooth);
-    !scene.lights.is_empty() && scene.stored_triangles().any(used)
 }
 
 /// Where two lines of names and values differ.

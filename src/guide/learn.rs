@@ -31,6 +31,8 @@ const EYE_SHARE: f32 = 0.25;
 const HALO_SHARE: f32 = 0.15;
 /// So many lights are told apart whatever that gains.
 const MOST_LIGHTS: usize = 64;
+/// Likewise, what light paths found without a guide.
+const CHANCE_SHARE: f32 = 0.02;
 /// Over the number of lights: the share that each of them has at least that was found to matter.
 const HEED_SHARE: f32 = 0.1;
 
@@ -140,14 +142,16 @@ pub fn learn(
     let lights = engine.world.light_names.borders(MOST_LIGHTS);
     let mut tree = Tree::learn(&mut eye.samples.clone(), &lights);
     // What is found without a guide shows what paths from the eye did not find.
-    let mut found = from_light(engine, &even.brought)?;
+    let by_chance = from_light(engine, &even.brought)?;
+    let mut found = Vec::new();
     for i in 0..ROUNDS {
         engine.guide = Guide::new(&engine.gpu, &engine.world, &focus, &tree)?;
         let round = Round::new(engine, i, pixels)?;
         found.extend(from_light(engine, &round.brought)?);
         let beside = around(&found);
-        let samples = normalized(&found, 1.0 - EYE_SHARE - HALO_SHARE)
+        let samples = normalized(&found, 1.0 - EYE_SHARE - HALO_SHARE - CHANCE_SHARE)
             .chain(normalized(&eye.samples, EYE_SHARE))
+            .chain(normalized(&by_chance, CHANCE_SHARE))
             .chain(normalized(&beside, HALO_SHARE));
         let mut samples: Vec<Sample> = samples.collect();
         heed_all_lights(&mut samples, &engine.world.light_names);

@@ -1,7 +1,7 @@
 //! What settings leave open, from the scene and the device; and what they may not ask for.
 
 use crate::gpu::{DeviceInfo, DeviceKind, Gpu};
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Material, Scene, Triangle};
 use crate::settings::{AUTO, Trace};
 use crate::technique::{Row, TECHNIQUES};
 use crate::{Error, Result};
@@ -107,6 +107,16 @@ pub(super) fn default_paths(gpu: &Gpu, size: [u32; 2]) -> u32 {
         _ => (1_000_000, 4_000_000),
     };
     paths.clamp(least, most) as u32
+}
+
+/// Lamps without area, and smooth glass or mirrors that show their light.
+pub(super) fn has_hidden_light(scene: &Scene) -> bool {
+    let smooth = |m: &Material| {
+        let specular = m.is_transmissive() || m.metallic > 0.5;
+        specular && m.roughness < 0.05 && !m.unlit
+    };
+    let used = |t: &Triangle| scene.materials.get(t.material as usize).is_some_and(smooth);
+    !scene.lights.is_empty() && scene.stored_triangles().any(used)
 }
 
 #[cfg(test)]
