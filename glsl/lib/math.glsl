@@ -36,16 +36,6 @@ vec3 sample_cosine(vec2 u) {
     float r = sqrt(u.x), phi = 2.0 * PI * u.y;
     return vec3(r * cos(phi), r * sin(phi), sqrt(max(0.0, 1.0 - u.x)));
 }
-vec2 sample_disc(vec2 u) {
-    float r = sqrt(u.x), phi = 2.0 * PI * u.y;
-    return r * vec2(cos(phi), sin(phi));
-}
-// Uniform among the directions whose cosine with +z lies in [cos_max, 1]; cos_max = -1 is the sphere.
-vec3 sample_cone(vec2 u, float cos_max) {
-    float z = 1.0 - u.x * (1.0 - cos_max), phi = 2.0 * PI * u.y;
-    float r = sqrt(max(0.0, 1.0 - z * z));
-    return vec3(r * cos(phi), r * sin(phi), z);
-}
 
 // Integer hash (Wang 2007), which Kern et al. 2023 and Mara et al. 2013 take for grid cells.
 uint wang_hash(uint key) {

@@ -53,7 +53,7 @@ pub struct Lesson {
     /// Whether paths from the eye found light for the caustic and the global map; yes where none
     /// were asked.
     pub light: [bool; 2],
-    /// Of each light: its name, `useful`, and whether any path began there.
+    /// Of each light: its name, and `useful`.
     pub lights: Vec<(String, [f32; 2])>,
     pub seconds: Duration,
 }
